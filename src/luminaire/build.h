@@ -1,0 +1,87 @@
+// Making a luminaire: what the baker (src/bake) feeds, and what comes out. All in lamp coordinates and units.
+#pragma once
+
+#include <stdbool.h>
+
+#include "base/run.h"
+#include "luminaire/luminaire.h"
+
+enum proxy_kind { PROXY_SPHERE, PROXY_BOX, PROXY_CYLINDER, PROXY_MESH };
+
+struct proxy {
+    enum proxy_kind kind;
+    float center[3], radius;        // bounding sphere of the proxy, always set; the sphere itself for PROXY_SPHERE
+    float lower[3], upper[3];       // PROXY_BOX: axis aligned
+    float axis[3], half_height, axis_radius; // PROXY_CYLINDER: unit axis through center
+    float (*vertices)[3];           // PROXY_MESH: closed, outward winding; copied by whoever keeps it
+    uint32_t *indices;              // 3 * triangle_count
+    size_t vertex_count, triangle_count;
+};
+
+// One training line: `point` anywhere on the line, w the unit direction of the light. The loss over lines is
+//   sum mass * (L_hat) - target * log(L_hat)   (in the stabilised form of docs/design.md), so that
+// - a traced camera line drawn with density p and radiance estimate y has mass = 1/p, target = y/p;
+// - an untraced line drawn with density p has mass = 1/p, target = 0;
+// - a particle's exit of flux y has mass = 0, target = y / (particles emitted per batch's share).
+// The measure is dA_perp dw of lines (area perpendicular to w on the bounding sphere's disk times solid angle).
+struct line_sample {
+    float point[3], w[3];
+    float mass;
+    float target[3];
+};
+
+// A light that left the lamp: where it crosses the bounding sphere, its direction, its flux (all exits of n_emitted
+// particles together carry n_emitted times the lamp's flux).
+struct line_exit {
+    float point[3], w[3];
+    float flux[3];
+};
+
+struct light_field_options {
+    struct proxy proxy;
+    const float (*anchors)[3]; // centres of emission clusters
+    size_t anchor_count;       // 0..256
+    float anchor_radius;       // [length] scale of the perpendicular offset
+    const float *shell_radii;  // [fraction of proxy radius] radii where light leaves (quantiles of first hits)
+    size_t shell_count;        // 0..4
+    bool use_grid4;            // the 4D entry x exit grid
+    float radiance_unit;       // the mean radiance over all lines of the bounding sphere: L is learned in this unit
+    int log2_entries;          // table sizes, 14..19
+    size_t steps;              // planned optimiser steps (for the learning-rate schedule)
+    uint64_t seed;
+};
+
+struct light_field;
+enum status light_field_create(struct light_field **field, const struct light_field_options *options, struct error *error);
+void light_field_destroy(struct light_field *field);
+// One optimiser step. Deterministic for any `threads`. Returns the mean loss of the batch in *loss.
+void light_field_train(struct light_field *field, const struct line_sample *samples, size_t n, int threads, double *loss);
+// Uses averaged (EMA) weights where the implementation has them. Radiance in absolute units.
+void light_field_eval(const struct light_field *field, size_t n, const float (*point)[3], const float (*w)[3], float (*radiance)[3]);
+void light_field_set_scale(struct light_field *field, const float scale[3]); // final scale per colour, to the traced flux
+
+struct transparency;
+enum status transparency_create(struct transparency **t, const struct proxy *proxy, size_t steps, uint64_t seed, struct error *error);
+void transparency_destroy(struct transparency *t);
+// samples: point, w, target = throughput in [0,1], mass = weight. Squared error through a sigmoid (unbiased).
+void transparency_train(struct transparency *t, const struct line_sample *samples, size_t n, int threads, double *loss);
+void transparency_eval(const struct transparency *t, size_t n, const float (*point)[3], const float (*w)[3], float (*transmittance)[3]);
+
+// The sampling density from the exits (DESIGN 3: cones at the anchors + residual map per direction and distance of s + a
+// uniform share), built in one go.
+struct sampling_density;
+enum status sampling_density_build(struct sampling_density **density, const struct proxy *proxy, const float (*anchors)[3],
+                                   size_t anchor_count, const struct line_exit *exits, size_t exit_count, uint64_t seed,
+                                   int threads, struct error *error);
+void sampling_density_destroy(struct sampling_density *density);
+
+// Takes ownership of the parts. `metadata`: keys and values, copied; documented in docs/luminaire-format.md.
+enum status luminaire_assemble(struct luminaire **luminaire, const struct proxy *proxy, struct light_field *field,
+                               struct transparency *transparency, struct sampling_density *density, const float flux[3],
+                               const char *const *keys, const char *const *values, size_t metadata_count, struct error *error);
+
+// Training state, for --resume: everything that a later step depends on.
+enum status light_field_save_state(const struct light_field *field, const char *path, struct error *error);
+enum status light_field_load_state(struct light_field *field, const char *path, struct error *error);
+enum status transparency_save_state(const struct transparency *t, const char *path, struct error *error);
+enum status transparency_load_state(struct transparency *t, const char *path, struct error *error);

@@ -1,0 +1,82 @@
+// A committed scene: what the integrators see. Embree is behind scene_embree.c only.
+#pragma once
+
+#include "base/run.h"
+#include "format/description.h"
+#include "luminaire/luminaire.h"
+#include "scene/bsdf.h"
+#include "scene/emitter.h"
+#include "scene/sensor.h"
+#include "scene/shape.h"
+
+enum integrator_kind { INTEGRATOR_PATH, INTEGRATOR_BDPT, INTEGRATOR_PARTICLE };
+enum keep_geometry { KEEP_NONE, KEEP_OPAQUE, KEEP_ALL };
+enum appearance { APPEARANCE_NEURAL, APPEARANCE_GEOMETRY };
+
+struct luminaire_instance { // a baked lamp placed in the scene
+    const struct luminaire *luminaire;
+    struct transform to_world; // rotation, uniform scale, translation
+    float scale;               // its uniform scale (radiance is unchanged by scaling)
+    enum keep_geometry keep;
+    enum appearance appearance;
+    rgb dim; // multiplies L
+    struct place place;
+};
+
+struct scene {
+    struct shape **shapes;
+    size_t shape_count;
+    struct emitter **emitters; // those of kept geometry are in here too, see shape->luminaire
+    size_t emitter_count;
+    const struct emitter *environment; // or NULL; at most one of constant, envmap
+    struct luminaire_instance *luminaires;
+    size_t luminaire_count;
+    struct sensor *sensor; // NULL for a lamp without one
+    enum integrator_kind integrator;
+    int max_depth; // edges of a path, as in Mitsuba (1: emission only); -1: unlimited
+    int rr_depth;  // Russian roulette from this depth on
+    bool hide_emitters;
+    struct scene_bounds bounds; // of all shapes, proxies and the sensor; radius > 0
+    const char *path;
+    struct embree_scene *embree;
+    struct arena arena;
+    struct description description;
+};
+
+struct scene_options {
+    const struct definition *definitions;
+    size_t definition_count;
+    bool skip_missing;
+    bool lamp_only;      // load as a lamp: sensor, integrator and infinite emitters are left aside with a note
+    int threads;
+};
+
+enum status scene_load(struct scene *scene, const char *path, const struct scene_options *options, const struct run *run,
+                       struct error *error);
+void scene_fini(struct scene *scene);
+
+// --- Rays. All are thread-safe and do no checks. ---
+// `ignore_luminaire`: kept geometry of that luminaire instance is invisible to the ray; -1: sees everything.
+// Nearest surface, of whatever BSDF. False: none.
+bool scene_intersect(const struct scene *scene, const struct ray *ray, int ignore_luminaire, struct surface *surface);
+// What fraction gets from one end of the ray to the other: surfaces with `through` attenuate, everything else blocks.
+// Interior absorption and baked luminaires are the callers' business (path_segment.h).
+rgb scene_visibility(const struct scene *scene, const struct ray *ray, int ignore_luminaire);
+// A ray from a surface point towards unit `direction`, moved off the surface so that it does not hit it again
+// (Waechter and Binder 2019, Ray Tracing Gems ch. 6). t_max = INFINITY.
+struct ray surface_spawn_ray(const struct surface *surface, vec3 direction);
+// The same for a segment that ends just short of another point.
+struct ray surface_spawn_segment(const struct surface *surface, vec3 target, float *distance);
+
+// --- Scattering at a surface in world directions; applies bump and normal maps and twosided shells. ---
+rgb surface_eval_bsdf(const struct surface *surface, vec3 wi, vec3 wo, enum transport transport); // f |cos|, with the
+    // shading-normal correction of Veach 1997, 5.3 for IMPORTANCE, 0 where geometric and shading sides disagree
+float surface_pdf_bsdf(const struct surface *surface, vec3 wi, vec3 wo, enum transport transport);
+bool surface_sample_bsdf(const struct surface *surface, vec3 wi, vec3 u, enum transport transport, struct bsdf_sample *sample);
+rgb surface_through(const struct surface *surface);
+unsigned surface_bsdf_flags(const struct surface *surface);
+// Emission towards w: 0 where the shape has no emitter or w is on the dark side.
+rgb surface_emission(const struct surface *surface, vec3 w);
+// Absorption along a segment of length `distance` that leaves `from` (NULL: a camera or light point outside everything)
+// in `direction` and ends at `to` (NULL likewise).
+rgb segment_absorption(const struct surface *from, const struct surface *to, vec3 direction, float distance);
