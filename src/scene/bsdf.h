@@ -13,6 +13,12 @@ enum bsdf_flags {
     BSDF_DELTA = 2,        // has a delta part (mirror, smooth glass)
     BSDF_TRANSMISSION = 4, // can scatter to the other side
     BSDF_NULL = 8,         // can let light straight through unchanged in direction (mask, null, thin): see `through`
+    BSDF_BUMP = 16,        // reads bsdf_point.uv_from_local (bump maps); without it the caller may leave that unset
+};
+
+struct bsdf_point { // where on the surface
+    vec2 uv;
+    vec2 uv_from_local[2]; // d(uv)/d(local x), d(uv)/d(local y) [1/length]; zero where the surface has no uvs
 };
 
 struct bsdf_sample {
@@ -37,17 +43,32 @@ struct bsdf_type {
     size_t children_offset;                                 // offsetof a `const struct bsdf *[max_children]`
     enum status (*commit)(struct bsdf *bsdf, struct commit_context *context, struct error *error); // may be NULL
     // f(wi, wo) |cos wo|, without deltas and without `through`.
-    rgb (*eval)(const struct bsdf *bsdf, vec2 uv, vec3 wi, vec3 wo, enum transport transport);
-    float (*pdf)(const struct bsdf *bsdf, vec2 uv, vec3 wi, vec3 wo, enum transport transport); // [1/sr], smooth part only
-    // u = three numbers in [0,1). False: absorbed (no sample). pdf of a smooth sample equals pdf(wi, wo) exactly.
-    bool (*sample)(const struct bsdf *bsdf, vec2 uv, vec3 wi, vec3 u, enum transport transport, struct bsdf_sample *sample);
-    // Fraction of light that goes straight through (mask: 1 - opacity, null: 1). NULL: none. sample, eval and pdf describe
-    // what remains, given that the light did NOT go through, already weighted: eval includes the factor (1 - through),
-    // sample's weight does not (the tracer chose to scatter with its probability), pdf does not.
-    rgb (*through)(const struct bsdf *bsdf, vec2 uv);
-    // Bump and normal maps: the perturbed frame, local to the shading frame. NULL: unchanged.
-    // The caller then evaluates `child` in that frame.
-    const struct bsdf *(*perturb)(const struct bsdf *bsdf, vec2 uv, vec2 uv_from_local[2], struct frame *local);
+    rgb (*eval)(const struct bsdf *bsdf, const struct bsdf_point *point, vec3 wi, vec3 wo, enum transport transport);
+    float (*pdf)(const struct bsdf *bsdf, const struct bsdf_point *point, vec3 wi, vec3 wo,
+                 enum transport transport); // [1/sr], smooth part only; its integral is the share of smooth samples
+    // u = three numbers in [0,1). False: absorbed (no sample). pdf of a smooth sample equals pdf(wi, wo).
+    bool (*sample)(const struct bsdf *bsdf, const struct bsdf_point *point, vec3 wi, vec3 u, enum transport transport,
+                   struct bsdf_sample *sample);
+    // Fraction of light that goes straight through (mask: 1 - opacity, null: 1, thin glass: by angle). NULL: none.
+    // sample, eval and pdf describe what remains, given that the light did NOT go through. The tracer goes through with
+    // a probability p of its choice and weight through / p; else it samples and multiplies by (1 - through) / (1 - p).
+    // So eval includes the factor (1 - through), sample's weight and pdf do not: eval = weight * pdf * (1 - through).
+    rgb (*through)(const struct bsdf *bsdf, const struct bsdf_point *point, vec3 wi);
     rgb (*albedo)(const struct bsdf *bsdf, vec2 uv); // a rough hemispherical reflectance, for guides and AOVs; may be NULL
 };
 extern const struct bsdf_type *const bsdf_table[]; // ends with NULL
+
+static inline rgb bsdf_eval(const struct bsdf *b, const struct bsdf_point *point, vec3 wi, vec3 wo, enum transport transport) {
+    return b->type->eval(b, point, wi, wo, transport);
+}
+static inline float bsdf_pdf(const struct bsdf *b, const struct bsdf_point *point, vec3 wi, vec3 wo, enum transport transport) {
+    return b->type->pdf(b, point, wi, wo, transport);
+}
+static inline bool bsdf_sample(const struct bsdf *b, const struct bsdf_point *point, vec3 wi, vec3 u, enum transport transport,
+                               struct bsdf_sample *sample) {
+    return b->type->sample(b, point, wi, u, transport, sample);
+}
+static inline rgb bsdf_through(const struct bsdf *b, const struct bsdf_point *point, vec3 wi) {
+    return b->type->through ? b->type->through(b, point, wi) : rgb_gray(0);
+}
+static inline rgb bsdf_albedo(const struct bsdf *b, vec2 uv) { return b->type->albedo ? b->type->albedo(b, uv) : rgb_gray(0.5f); }
