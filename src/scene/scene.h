@@ -48,6 +48,7 @@ struct scene_options {
     size_t definition_count;
     bool skip_missing;
     bool lamp_only;      // load as a lamp: sensor, integrator and infinite emitters are left aside with a note
+    int width, height;   // > 0: the whole film in this size instead of the file's, its crop scaled along
     int threads;
 };
 
