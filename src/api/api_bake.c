@@ -1,0 +1,88 @@
+// sconce_bake, sconce_evaluate.
+#include <string.h>
+
+#include "api/api_run.h"
+#include "bake/bake.h"
+
+static void figures_fill(struct sconce_figures *figures, const struct evaluation *e) {
+    *figures = (struct sconce_figures){.distance_count = EVALUATION_DISTANCES,
+                                       .light_field_error = e->light_field_error,
+                                       .light_field_error_black = 1,
+                                       .transparency_error = e->transparency_error,
+                                       .transparency_error_black = e->transparency_error_opaque,
+                                       .sample_variance = e->sample_variance,
+                                       .sample_variance_uniform = e->sample_variance_uniform};
+    memcpy(figures->flux, e->flux, sizeof figures->flux);
+    memcpy(figures->flux_error, e->flux_error, sizeof figures->flux_error);
+    memcpy(figures->flux_noise, e->flux_noise, sizeof figures->flux_noise);
+    for (int i = 0; i < EVALUATION_DISTANCES; i++) {
+        figures->distance_radii[i] = evaluation_distance_radii[i];
+        figures->irradiance_error[i] = e->irradiance_error[i];
+        figures->irradiance_noise[i] = e->irradiance_noise[i];
+    }
+}
+
+static enum status quality_parse(struct bake_options *bake, const char *name, struct error *error) {
+    static const char *const names[] = {[BAKE_DRAFT] = "draft", [BAKE_STANDARD] = "standard", [BAKE_HIGH] = "high"};
+    for (int i = 0; i <= BAKE_HIGH; i++)
+        if (!strcmp(name, names[i])) {
+            bake->quality = (enum bake_quality)i;
+            return STATUS_OK;
+        }
+    return error_set(error, STATUS_INVALID, "there is no quality '%s'; use draft, standard or high", name);
+}
+
+static void proxy_parse(struct bake_options *bake, const char *name) {
+    if (!strcmp(name, "auto")) bake->proxy = BAKE_PROXY_AUTO;
+    else if (!strcmp(name, "sphere")) bake->proxy = BAKE_PROXY_SPHERE;
+    else if (!strcmp(name, "box")) bake->proxy = BAKE_PROXY_BOX;
+    else if (!strcmp(name, "cylinder")) bake->proxy = BAKE_PROXY_CYLINDER;
+    else {
+        bake->proxy = BAKE_PROXY_MESH;
+        bake->proxy_path = name;
+    }
+}
+
+enum sconce_status sconce_bake(const struct sconce_bake_options *options, const struct sconce_run *run,
+                               struct sconce_figures *figures, struct sconce_error *error) {
+    struct api_run api;
+    struct error inner = {0};
+    struct bake_report report = {0};
+    api_run_init(&api, run);
+    struct bake_options bake = {.lamp_path = options->lamp,
+                                .output_path = options->output,
+                                .definitions = (const struct definition *)options->definitions,
+                                .definition_count = options->definition_count,
+                                .skip_missing = options->skip_missing,
+                                .seconds = options->seconds,
+                                .resume = options->resume};
+    proxy_parse(&bake, options->proxy ? options->proxy : "auto");
+    enum status status = quality_parse(&bake, options->quality ? options->quality : "standard", &inner);
+    if (!status) status = bake_lamp(&bake, &api.run, &report, &inner);
+    if (!status && figures) {
+        figures_fill(figures, &report.evaluation);
+        figures->bytes = report.bytes;
+        figures->seconds = report.seconds;
+    }
+    return api_status(status, &inner, error);
+}
+
+enum sconce_status sconce_evaluate(const char *luminaire, const char *lamp, const struct sconce_run *run,
+                                   struct sconce_figures *figures, struct sconce_error *error) {
+    struct api_run api;
+    struct error inner = {0};
+    struct evaluation evaluation = {0};
+    api_run_init(&api, run);
+    double start = clock_wall_s();
+    enum status status = bake_evaluate(luminaire, lamp, &api.run, &evaluation, &inner);
+    if (!status && figures) {
+        figures_fill(figures, &evaluation);
+        figures->seconds = clock_wall_s() - start;
+        struct luminaire *file;
+        if (!luminaire_load(&file, luminaire, NULL)) {
+            figures->bytes = luminaire_bytes(file);
+            luminaire_destroy(file);
+        }
+    }
+    return api_status(status, &inner, error);
+}

@@ -1,0 +1,71 @@
+// sconce bake: a lamp's geometry to a compact luminaire file.
+#include <stdio.h>
+#include <string.h>
+
+#include "cli.h"
+
+struct bake_input {
+    struct common common;
+    struct sconce_bake_options options;
+};
+
+enum { KEY_PROXY = 2000, KEY_RESUME };
+
+static const struct argp_option OPTIONS[] = {
+    {"output", 'o', "FILE", 0, "the luminaire; default LAMP.safetensors", 1},
+    {"quality", 'Q', "NAME", 0, "draft (some 20 s on two cores), standard (the default, under 3 minutes) or high (half an hour)", 1},
+    {"seconds", 's', "S", 0, "as much as fits in this time instead", 1},
+    {"proxy", KEY_PROXY, "SHAPE", 0, "sphere, box, cylinder or a closed mesh's file (default: the tightest)", 1},
+    {"resume", KEY_RESUME, 0, 0, "go on from where an interrupted bake stopped", 1},
+    {0}};
+
+static error_t parse(int key, char *argument, struct argp_state *state) {
+    struct bake_input *input = state->input;
+    struct sconce_bake_options *o = &input->options;
+    switch (key) {
+    case ARGP_KEY_INIT: state->child_inputs[0] = &input->common; return 0;
+    case 'o': o->output = argument; return 0;
+    case 'Q':
+        if (strcmp(argument, "draft") && strcmp(argument, "standard") && strcmp(argument, "high"))
+            argp_error(state, "--quality takes draft, standard or high, not '%s'", argument);
+        o->quality = argument;
+        return 0;
+    case 's': o->seconds = option_number(state, argument, "--seconds", 1, 1e8); return 0;
+    case KEY_PROXY: o->proxy = argument; return 0;
+    case KEY_RESUME: o->resume = true; return 0;
+    case ARGP_KEY_ARG: o->lamp = option_last_positional(state, argument, (char *)(uintptr_t)o->lamp, "lamp"); return 0;
+    case ARGP_KEY_NO_ARGS: argp_error(state, "which lamp? Give a Mitsuba XML file"); return 0;
+    case ARGP_KEY_END:
+        if (o->quality && o->seconds > 0) argp_error(state, "--quality and --seconds exclude each other");
+        return 0;
+    default: return ARGP_ERR_UNKNOWN;
+    }
+}
+
+static int run(int argc, char **argv) {
+    static const struct argp_child children[] = {{&common_argp, 0, "Common options:", 8}, {0}};
+    static const struct argp argp = {OPTIONS, parse, "LAMP.xml", "Bakes a lamp into one small file.", children, 0, 0};
+    struct bake_input input = {0};
+    char output[4096];
+    common_init(&input.common);
+    if (argp_parse(&argp, argc, argv, 0, 0, &input)) return EXIT_USAGE;
+    struct sconce_bake_options *o = &input.options;
+    if (!o->output) {
+        const char *dot = strrchr(o->lamp, '.');
+        snprintf(output, sizeof output, "%.*s.safetensors", (int)(dot ? dot - o->lamp : (long)strlen(o->lamp)), o->lamp);
+        o->output = output;
+    }
+    o->definitions = input.common.definitions;
+    o->definition_count = input.common.definition_count;
+    o->skip_missing = input.common.skip_missing;
+    struct sconce_figures figures;
+    struct sconce_error error;
+    if (sconce_bake(o, &input.common.run, &figures, &error)) return common_fail(&input.common, &error);
+    bool json = input.common.json;
+    common_fini(&input.common);
+    if (!json) printf("%s:\n", o->output);
+    figures_print(&figures, json);
+    return EXIT_FINE;
+}
+
+const struct command command_bake = {"bake", "LAMP.xml -o LAMP.safetensors", "bakes a lamp into one small file", run};

@@ -1,0 +1,71 @@
+// Rendering, from a committed scene to an image file: passes of one sample per pixel until the samples or the seconds
+// are used up, then mean and variance to disk.
+#include "render/render.h"
+
+#include <stdio.h>
+
+#include "image/metric.h"
+#include "trace/film.h"
+#include "trace/integrator.h"
+
+static enum status render_save(const struct film *film, const struct render_options *options, struct render_result *result,
+                               struct error *error) {
+    struct image image;
+    enum status status = film_image(film, &image, error);
+    if (status) return status;
+    double sum[3] = {0};
+    size_t pixels = (size_t)image.width * (size_t)image.height;
+    for (size_t i = 0; i < pixels; i++)
+        for (int c = 0; c < 3; c++) sum[c] += image.pixels[i * (size_t)image.channels + (size_t)c];
+    for (int c = 0; c < 3; c++) result->mean[c] = (float)(sum[c] / (double)pixels);
+    float exposure = options->exposure > 0 ? options->exposure : image_auto_exposure(&image);
+    status = image_save(&image, options->output, exposure, error);
+    image_fini(&image);
+    return status;
+}
+
+enum status render_scene(const struct scene *scene, const struct render_options *options, const struct run *run,
+                         struct render_result *result, struct error *error) {
+    if (!scene->sensor)
+        return error_set(error, STATUS_INVALID, "%s: the scene has no sensor; add <sensor type=\"perspective\"> to render it",
+                         scene->path);
+    const struct integrator_type *type = integrator_table[scene->integrator];
+    struct film film = {0};
+    void *state = NULL;
+    enum status status = film_init(&film, scene->sensor, error);
+    if (!status && options->mask) status = render_mask(scene, options->mask, run, error);
+    double wall = clock_wall_s(), cpu = clock_cpu_s();
+    if (!status) status = type->create(scene, run, &state, error);
+    int samples = options->samples > 0 ? options->samples : scene->sensor->sample_count;
+    int done = 0;
+    while (!status) {
+        double elapsed = clock_wall_s() - wall;
+        double fraction = options->seconds > 0 ? elapsed / options->seconds : (double)done / samples;
+        // A pass that would end more than half of itself late is not begun.
+        double late = options->seconds > 0 && done ? 0.5 * elapsed / done / options->seconds : 0;
+        if (done && fraction + late >= 1) break;
+        char detail[64];
+        snprintf(detail, sizeof detail, "%d spp", done);
+        run_progress(run, type->name, fraction < 1 ? fraction : 1, elapsed, detail);
+        if (run_cancelled(run)) {
+            status = error_set(error, STATUS_CANCELLED, "stopped after %d samples per pixel%s%s", done,
+                               done ? "; the picture so far is in " : "", done ? options->output : "");
+            break;
+        }
+        status = type->render_pass(state, &film, (uint64_t)done, run, error);
+        if (!status) {
+            film_end_pass(&film, run->threads);
+            done++;
+        }
+    }
+    *result = (struct render_result){.width = film.width, .height = film.height, .samples = done,
+                                     .wall_s = clock_wall_s() - wall, .cpu_s = clock_cpu_s() - cpu};
+    if (!status) run_progress(run, type->name, 1, result->wall_s, NULL);
+    if (done && (!status || status == STATUS_CANCELLED)) {
+        enum status saved = render_save(&film, options, result, status ? NULL : error);
+        if (!status) status = saved;
+    }
+    if (state) type->destroy(state);
+    film_fini(&film);
+    return status;
+}
