@@ -139,6 +139,7 @@ struct sconce_render_options {
     bool skip_missing;
     float exposure;   // of a .png; 0: automatic
     const char *mask; // an .exr to write as well: 1 where the camera sees no baked lamp, directly or in a mirror; or NULL
+    const char *png;  // a .png to write beside the output, or NULL
 };
 
 struct sconce_render_result {

@@ -10,7 +10,7 @@ struct render_input {
     bool has_samples;
 };
 
-enum { KEY_SPP = 2000, KEY_SIZE, KEY_MAX_DEPTH, KEY_EXPOSURE, KEY_MASK };
+enum { KEY_SPP = 2000, KEY_SIZE, KEY_MAX_DEPTH, KEY_EXPOSURE, KEY_MASK, KEY_PNG };
 
 static const struct argp_option OPTIONS[] = {
     {"output", 'o', "FILE", 0, "the picture: .exr (with each pixel's variance) or .png; default SCENE.exr", 1},
@@ -20,6 +20,7 @@ static const struct argp_option OPTIONS[] = {
     {"size", KEY_SIZE, "WxH", 0, "pixels (default: the scene's)", 1},
     {"max-depth", KEY_MAX_DEPTH, "N", 0, "longest path in edges, -1: no limit (default: the scene's)", 1},
     {"exposure", KEY_EXPOSURE, "X", 0, "factor before conversion to .png (default: automatic)", 1},
+    {"png", KEY_PNG, "FILE", 0, "also write a .png", 1},
     {"mask", KEY_MASK, "FILE", 0, "also write a mask: 1 where the camera sees no baked lamp", 1},
     {0}};
 
@@ -44,6 +45,7 @@ static error_t parse(int key, char *argument, struct argp_state *state) {
     case KEY_MAX_DEPTH: o->max_depth = (int)option_number(state, argument, "--max-depth", -1, 1e6); return 0;
     case KEY_EXPOSURE: o->exposure = (float)option_number(state, argument, "--exposure", 1e-20, 1e20); return 0;
     case KEY_MASK: o->mask = argument; return 0;
+    case KEY_PNG: o->png = argument; return 0;
     case ARGP_KEY_ARG: o->scene = option_last_positional(state, argument, (char *)(uintptr_t)o->scene, "scene"); return 0;
     case ARGP_KEY_NO_ARGS: argp_error(state, "which scene? Give a Mitsuba XML file"); return 0;
     case ARGP_KEY_END:

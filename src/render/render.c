@@ -20,6 +20,7 @@ static enum status render_save(const struct film *film, const struct render_opti
     for (int c = 0; c < 3; c++) result->mean[c] = (float)(sum[c] / (double)pixels);
     float exposure = options->exposure > 0 ? options->exposure : image_auto_exposure(&image);
     status = image_save(&image, options->output, exposure, error);
+    if (!status && options->png) status = image_save(&image, options->png, exposure, error);
     image_fini(&image);
     return status;
 }
