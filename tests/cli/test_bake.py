@@ -1,0 +1,174 @@
+#!/usr/bin/env python3
+"""Baking from outside: a small lamp to a file and into a room, repeatability, resuming, bad lamps. usage: test_bake.py SCONCE"""
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+SCONCE = os.path.abspath(sys.argv[1] if len(sys.argv) > 1 else "build/release/sconce")
+
+BULB = """<shape type="sphere" id="bulb">
+    <point name="center" x="0.1" y="0" z="0"/><float name="radius" value="0.12"/>
+    <emitter type="area"><rgb name="radiance" value="30, 20, 10"/></emitter>
+</shape>"""
+GLASS = """<shape type="sphere" id="glass"><float name="radius" value="0.5"/><bsdf type="roughdielectric"><float name="alpha" value="0.3"/></bsdf></shape>
+<shape type="sphere" id="hollow"><float name="radius" value="0.45"/><boolean name="flip_normals" value="true"/><bsdf type="roughdielectric"><float name="alpha" value="0.3"/></bsdf></shape>"""
+ROOM = """<scene version="3.0.0">
+    <default name="lamp" value="lamp.xml"/>
+    <default name="keep" value="none"/>
+    <default name="appearance" value="neural"/>
+    <default name="placing" value="1"/>
+    <integrator type="bdpt"><integer name="max_depth" value="12"/></integrator>
+    <sensor type="perspective">
+        <float name="fov" value="60"/>
+        <transform name="to_world"><lookat origin="0, 0.2, 2.4" target="0, -0.2, 0" up="0, 1, 0"/></transform>
+        <film type="hdrfilm"><integer name="width" value="64"/><integer name="height" value="64"/></film>
+        <sampler type="independent"><integer name="sample_count" value="64"/></sampler>
+    </sensor>
+    <shape type="cube"><transform name="to_world"><scale value="2.5"/></transform>
+        <bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value="0.5, 0.4, 0.3"/></bsdf></bsdf></shape>
+    <shape type="luminaire">
+        <string name="filename" value="$lamp"/><string name="keep" value="$keep"/><string name="appearance" value="$appearance"/>
+        <transform name="to_world"><scale value="$placing"/></transform>
+    </shape>
+</scene>
+"""
+OPEN_QUAD = "v 0 0 0\nv 0.3 0 0\nv 0.3 0.3 0\nv 0 0.3 0\nf 1 2 3\nf 1 3 4\n"
+
+
+def lamp(*parts):
+    return '<scene version="3.0.0">' + "\n".join(parts) + "</scene>\n"
+
+
+class Bake(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.path = pathlib.Path(cls.folder.name)
+        (cls.path / "lamp.xml").write_text(lamp(BULB, GLASS))
+        (cls.path / "room.xml").write_text(ROOM)
+        cls.figures = json.loads(cls.sconce("bake", "lamp.xml", "-o", "lamp.safetensors", "--quality", "draft", "--json").stdout)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    @classmethod
+    def sconce(cls, *arguments, code=0):
+        result = subprocess.run([SCONCE, *map(str, arguments)], capture_output=True, text=True, timeout=900, cwd=cls.path)
+        assert result.returncode == code, f"{arguments}: exit {result.returncode}\n{result.stdout}{result.stderr}"
+        return result
+
+    def mean_blocks(self, name, reference):
+        return json.loads(self.sconce("compare", name, reference, "--json").stdout)
+
+    def test_figures(self):
+        figures = self.figures
+        for error in figures["flux_error"]:
+            self.assertLess(abs(error), 0.01)
+        for at in figures["irradiance"]:
+            self.assertLess(at["error"], 0.10 + at["reference_noise"])
+        self.assertLess(figures["light_field_error"], 0.2)
+        self.assertLess(figures["transparency_error"], figures["transparency_error_black"])
+        self.assertLess(figures["bytes"], 8e6)
+        self.assertEqual(figures["bytes"], os.path.getsize(self.path / "lamp.safetensors"))
+        info = json.loads(self.sconce("info", "lamp.safetensors").stdout)
+        self.assertEqual(info["kind"], "luminaire")
+        self.assertLess(abs(info["radius"] - 0.5), 0.1)
+
+    def test_evaluate_agrees_with_what_bake_said(self):
+        again = json.loads(self.sconce("evaluate", "lamp.safetensors", "lamp.xml", "--json", "--seed", 99).stdout)
+        for a, b in zip(again["flux"], self.figures["flux"]):
+            self.assertLess(abs(a - b), 0.01 * b)
+        for a, b in zip(again["irradiance"], self.figures["irradiance"]):
+            self.assertLess(abs(a["error"] - b["error"]), 0.03)
+
+    def test_same_seed_same_file_for_any_number_of_threads(self):
+        self.sconce("bake", "lamp.xml", "-o", "again.safetensors", "--quality", "draft", "-q", "-t", 1)
+        volatile = ("bake_seconds",)
+        read = lambda name: json.loads(self.sconce("info", name).stdout)
+        a, b = read("lamp.safetensors"), read("again.safetensors")
+        for key in volatile:
+            a["metadata"].pop(key, None), b["metadata"].pop(key, None)
+        a.pop("file"), b.pop("file")
+        self.assertEqual(a, b)
+        self.sconce("render", "room.xml", "-Dlamp=lamp.safetensors", "-i", "path", "--spp", 2, "-o", "a.exr", "-q")
+        self.sconce("render", "room.xml", "-Dlamp=again.safetensors", "-i", "path", "--spp", 2, "-o", "b.exr", "-q")
+        self.assertEqual((self.path / "a.exr").read_bytes(), (self.path / "b.exr").read_bytes())
+
+    def test_the_room_is_lit_as_by_the_geometry(self):
+        self.sconce("render", "room.xml", "-o", "geometry.exr", "-q", "--spp", 256)
+        self.sconce("render", "room.xml", "-Dlamp=lamp.safetensors", "-i", "path", "-o", "baked.exr", "--mask", "mask.exr", "-q")
+        outside = json.loads(self.sconce("compare", "baked.exr", "geometry.exr", "--mask", "mask.exr", "--json").stdout)
+        for ratio in outside["mean_ratio"]:
+            self.assertLess(abs(ratio - 1), 0.03)
+        self.assertLess(outside["block_error_max"], 0.08)
+
+    def test_appearance_geometry_with_everything_kept_is_the_original(self):
+        self.sconce("render", "room.xml", "-o", "geometry.exr", "-q", "--spp", 256)
+        self.sconce("render", "room.xml", "-Dlamp=lamp.safetensors", "-Dkeep=all", "-Dappearance=geometry", "-i", "path", "-o", "kept.exr", "-q",
+                    "--spp", 256)
+        all_pixels = self.mean_blocks("kept.exr", "geometry.exr")
+        for ratio in all_pixels["mean_ratio"]:
+            self.assertLess(abs(ratio - 1), 0.03)
+
+    def test_scaling_the_lamp_scales_its_light(self):
+        means = []
+        for scale in (0.5, 1):
+            self.sconce("render", "room.xml", "-Dlamp=lamp.safetensors", f"-Dplacing={scale}", "-i", "path", "-o", "s.exr", "-q", "--spp", 64)
+            self.sconce("render", "room.xml", "-Dlamp=lamp.xml", f"-Dplacing={scale}", "-o", "t.exr", "-q", "--spp", 128)
+            means.append(self.mean_blocks("s.exr", "t.exr")["mean_ratio"][1])
+        for ratio in means:
+            self.assertLess(abs(ratio - 1), 0.04)
+
+    def test_resume_after_an_interrupt(self):
+        process = subprocess.Popen([SCONCE, "bake", "lamp.xml", "-o", "resumed.safetensors", "--quality", "draft"], cwd=self.path,
+                                   stderr=subprocess.PIPE, text=True)
+        time.sleep(6)
+        process.send_signal(signal.SIGINT)
+        message = process.communicate(timeout=120)[1]
+        if process.returncode == 0:
+            self.skipTest("the bake was over before the interrupt")
+        self.assertEqual(process.returncode, 1)
+        self.assertIn("--resume", message)
+        self.assertFalse((self.path / "resumed.safetensors").exists())
+        figures = json.loads(self.sconce("bake", "lamp.xml", "-o", "resumed.safetensors", "--quality", "draft", "--resume", "--json").stdout)
+        for error in figures["flux_error"]:
+            self.assertLess(abs(error), 0.01)
+        self.assertEqual([p.name for p in self.path.iterdir() if "checkpoint" in p.name], [])
+
+    def test_bad_lamps(self):
+        (self.path / "open.obj").write_text(OPEN_QUAD)
+        (self.path / "nan.obj").write_text(OPEN_QUAD.replace("v 0.3 0 0", "v nan 0 0"))
+        (self.path / "small.obj").write_text("v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
+        cases = [("no emitter", lamp(GLASS), [], "emit"),
+                 ("zero power", lamp(BULB.replace("30, 20, 10", "0, 0, 0"), GLASS), [], "power"),
+                 ("nan vertices", lamp(BULB, '<shape type="obj"><string name="filename" value="nan.obj"/></shape>'), [], "nan.obj"),
+                 ("proxy cuts", lamp(BULB, GLASS), ["--proxy", "small.obj"], "proxy"),
+                 ("missing proxy", lamp(BULB, GLASS), ["--proxy", "gone.obj"], "gone.obj")]
+        for name, text, options, expected in cases:
+            (self.path / "bad.xml").write_text(text)
+            message = self.sconce("bake", "bad.xml", "-o", "bad.safetensors", "--quality", "draft", "-q", *options, code=1).stderr
+            self.assertIn(expected, message.lower(), name)
+            self.assertFalse((self.path / "bad.safetensors").exists(), name)
+        (self.path / "bad.xml").write_text(lamp(BULB, '<shape type="obj" id="pane"><string name="filename" value="open.obj"/><bsdf type="dielectric"/></shape>'))
+        result = self.sconce("bake", "bad.xml", "-o", "open.safetensors", "--seconds", 5)
+        self.assertIn("open", result.stderr)
+        self.assertIn("pane", result.stderr)
+
+    def test_a_damaged_file_is_an_error(self):
+        whole = (self.path / "lamp.safetensors").read_bytes()
+        for length in (0, 7, 100, len(whole) // 2, len(whole) - 1):
+            (self.path / "cut.safetensors").write_bytes(whole[:length])
+            self.assertIn("cut.safetensors", self.sconce("info", "cut.safetensors", code=1).stderr)
+            self.sconce("render", "room.xml", "-Dlamp=cut.safetensors", "-i", "path", "-o", "cut.exr", code=1)
+            self.assertFalse((self.path / "cut.exr").exists())
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
