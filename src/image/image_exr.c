@@ -1,7 +1,7 @@
 // OpenEXR through OpenEXRCore, the only file that knows it. Both directions work on memory, so that reading names the
 // file in errors and writing is as atomic as every other output.
-// Read: the first part, scanline or tiled (level 0), any compression, half, float or uint, all as float; R, G, B, A
-// come first, the others in alphabetical order. Written: float, ZIP, scanlines.
+// Read: the first part, scanline or tiled (level 0), any compression but DWA (OpenEXRCore 3.1 cannot), half, float or
+// uint, all as float; R, G, B, A come first, the others in alphabetical order. Written: float, ZIP, scanlines.
 #include "image/image_codec.h"
 
 #include <limits.h>
@@ -80,72 +80,99 @@ static int compare_channels(const void *a, const void *b) {
     return ranks ? ranks : strcmp(x, y);
 }
 
-// Where the named channel's sample of pixel (x, y) stands.
-static float *channel_pixel(const struct image *image, const char *const *order, const char *name, int x, int y) {
+static int channel_index(const char *const *order, int count, const char *name) {
     int c = 0;
-    while (c < image->channels - 1 && strcmp(order[c], name) != 0) ++c;
-    return image->pixels + ((size_t)y * (size_t)image->width + (size_t)x) * (size_t)image->channels + (size_t)c;
+    while (c < count - 1 && strcmp(order[c], name) != 0) ++c;
+    return c;
 }
 
-// Decodes one chunk whose upper left pixel is (x, y) of the image.
-static exr_result_t decode_chunk(exr_const_context_t context, exr_decode_pipeline_t *decode,
-                                 const exr_chunk_info_t *chunk, const struct image *image, const char *const *order,
-                                 int x, int y) {
-    bool first = decode->channels == NULL;
-    exr_result_t result =
-        first ? exr_decoding_initialize(context, 0, chunk, decode) : exr_decoding_update(context, 0, chunk, decode);
+struct decoder {
+    exr_const_context_t context;
+    exr_decode_pipeline_t pipeline;
+    const struct image *image;
+    const char *const *order; // the channels' names as the image has them
+    float *planes; // of one chunk, channel by channel
+    size_t plane_capacity;
+};
+
+// Decodes one chunk whose upper left pixel is (x, y) of the image. It is unpacked plane by plane and interleaved here:
+// the interleaving unpackers of OpenEXRCore 3.1.5 swap R with A and G with B when all four are there.
+static exr_result_t decode_chunk(struct decoder *d, const exr_chunk_info_t *chunk, int x, int y) {
+    const struct image *image = d->image;
+    size_t plane = (size_t)chunk->width * (size_t)chunk->height, channels = (size_t)image->channels;
+    if (plane * channels > d->plane_capacity) {
+        free(d->planes);
+        d->planes = calloc(plane * channels, sizeof *d->planes);
+        d->plane_capacity = d->planes ? plane * channels : 0;
+        if (!d->planes) return EXR_ERR_OUT_OF_MEMORY;
+    }
+    bool first = d->pipeline.channels == NULL;
+    exr_result_t result = first ? exr_decoding_initialize(d->context, 0, chunk, &d->pipeline)
+                                : exr_decoding_update(d->context, 0, chunk, &d->pipeline);
     if (result != EXR_ERR_SUCCESS) return result;
-    for (int c = 0; c < decode->channel_count; ++c) {
-        exr_coding_channel_info_t *channel = &decode->channels[c];
-        channel->decode_to_ptr = (uint8_t *)channel_pixel(image, order, channel->channel_name, x, y);
+    for (int c = 0; c < d->pipeline.channel_count; ++c) {
+        exr_coding_channel_info_t *channel = &d->pipeline.channels[c];
+        channel->decode_to_ptr = (uint8_t *)(d->planes + plane * (size_t)c);
         channel->user_data_type = EXR_PIXEL_FLOAT;
         channel->user_bytes_per_element = sizeof(float);
-        channel->user_pixel_stride = image->channels * (int)sizeof(float);
-        channel->user_line_stride = image->width * channel->user_pixel_stride;
+        channel->user_pixel_stride = sizeof(float);
+        channel->user_line_stride = chunk->width * (int)sizeof(float);
     }
-    if (first) result = exr_decoding_choose_default_routines(context, 0, decode);
-    return result == EXR_ERR_SUCCESS ? exr_decoding_run(context, 0, decode) : result;
+    if (first) result = exr_decoding_choose_default_routines(d->context, 0, &d->pipeline);
+    if (result == EXR_ERR_SUCCESS) result = exr_decoding_run(d->context, 0, &d->pipeline);
+    if (result != EXR_ERR_SUCCESS) return result;
+    for (int c = 0; c < d->pipeline.channel_count; ++c) {
+        int slot = channel_index(d->order, image->channels, d->pipeline.channels[c].channel_name);
+        const float *source = d->planes + plane * (size_t)c;
+        for (int row = 0; row < chunk->height; ++row) {
+            size_t start = (size_t)(y + row) * (size_t)image->width + (size_t)x;
+            for (int column = 0; column < chunk->width; ++column) {
+                image->pixels[(start + (size_t)column) * channels + (size_t)slot] = *source++;
+            }
+        }
+    }
+    return EXR_ERR_SUCCESS;
 }
 
-static exr_result_t decode_scanlines(exr_const_context_t context, const struct image *image, const char *const *order,
-                                     int top) {
-    exr_decode_pipeline_t decode = EXR_DECODE_PIPELINE_INITIALIZER;
+static exr_result_t decode_scanlines(struct decoder *d, int top) {
     int32_t step = 1;
-    exr_result_t result = exr_get_scanlines_per_chunk(context, 0, &step);
-    for (int y = 0; y < image->height && result == EXR_ERR_SUCCESS; y += step) {
+    exr_result_t result = exr_get_scanlines_per_chunk(d->context, 0, &step);
+    for (int y = 0; y < d->image->height && result == EXR_ERR_SUCCESS; y += step) {
         exr_chunk_info_t chunk;
-        result = exr_read_scanline_chunk_info(context, 0, top + y, &chunk);
-        if (result == EXR_ERR_SUCCESS) result = decode_chunk(context, &decode, &chunk, image, order, 0, y);
+        result = exr_read_scanline_chunk_info(d->context, 0, top + y, &chunk);
+        bool inside =
+            result == EXR_ERR_SUCCESS && chunk.width == d->image->width && chunk.height <= d->image->height - y;
+        if (result == EXR_ERR_SUCCESS && !inside) result = EXR_ERR_BAD_CHUNK_LEADER;
+        if (result == EXR_ERR_SUCCESS) result = decode_chunk(d, &chunk, 0, y);
     }
-    exr_decoding_destroy(context, &decode);
     return result;
 }
 
-static exr_result_t decode_tiles(exr_const_context_t context, const struct image *image, const char *const *order) {
-    exr_decode_pipeline_t decode = EXR_DECODE_PIPELINE_INITIALIZER;
+static exr_result_t decode_tiles(struct decoder *d) {
     int32_t width = 0, height = 0;
-    exr_result_t result = exr_get_tile_sizes(context, 0, 0, 0, &width, &height);
+    exr_result_t result = exr_get_tile_sizes(d->context, 0, 0, 0, &width, &height);
     if (result == EXR_ERR_SUCCESS && (width < 1 || height < 1)) result = EXR_ERR_INVALID_ATTR;
-    for (int y = 0, row = 0; result == EXR_ERR_SUCCESS && y < image->height; y += height, ++row) {
-        for (int x = 0, column = 0; result == EXR_ERR_SUCCESS && x < image->width; x += width, ++column) {
+    for (int y = 0, row = 0; result == EXR_ERR_SUCCESS && y < d->image->height; y += height, ++row) {
+        for (int x = 0, column = 0; result == EXR_ERR_SUCCESS && x < d->image->width; x += width, ++column) {
             exr_chunk_info_t chunk;
-            result = exr_read_tile_chunk_info(context, 0, column, row, 0, 0, &chunk);
+            result = exr_read_tile_chunk_info(d->context, 0, column, row, 0, 0, &chunk);
             bool inside =
-                result == EXR_ERR_SUCCESS && x + chunk.width <= image->width && y + chunk.height <= image->height;
+                result == EXR_ERR_SUCCESS && chunk.width <= d->image->width - x && chunk.height <= d->image->height - y;
             if (result == EXR_ERR_SUCCESS && !inside) result = EXR_ERR_BAD_CHUNK_LEADER;
-            if (result == EXR_ERR_SUCCESS) result = decode_chunk(context, &decode, &chunk, image, order, x, y);
+            if (result == EXR_ERR_SUCCESS) result = decode_chunk(d, &chunk, x, y);
         }
     }
-    exr_decoding_destroy(context, &decode);
     return result;
 }
 
 static enum status decode_part(struct image *image, exr_const_context_t context, const struct stream *stream,
                                struct error *error) {
     exr_storage_t storage;
+    exr_compression_t compression;
     exr_attr_box2i_t window;
     const exr_attr_chlist_t *channels;
     exr_result_t result = exr_get_storage(context, 0, &storage);
+    if (result == EXR_ERR_SUCCESS) result = exr_get_compression(context, 0, &compression);
     if (result == EXR_ERR_SUCCESS) result = exr_get_data_window(context, 0, &window);
     if (result == EXR_ERR_SUCCESS) result = exr_get_channels(context, 0, &channels);
     enum status status = exr_status(result, stream, "read", error);
@@ -153,6 +180,10 @@ static enum status decode_part(struct image *image, exr_const_context_t context,
     if (storage != EXR_STORAGE_SCANLINE && storage != EXR_STORAGE_TILED) {
         return error_set(error, STATUS_UNSUPPORTED, "%s: deep images are not supported; flatten it first",
                          stream->path);
+    }
+    if (compression == EXR_COMPRESSION_DWAA || compression == EXR_COMPRESSION_DWAB) {
+        return error_set(error, STATUS_UNSUPPORTED,
+                         "%s: DWA compression is not supported; save the image with ZIP or PIZ", stream->path);
     }
     int64_t width = (int64_t)window.max.x - window.min.x + 1, height = (int64_t)window.max.y - window.min.y + 1;
     int count = channels->num_channels;
@@ -175,8 +206,10 @@ static enum status decode_part(struct image *image, exr_const_context_t context,
     if (status == STATUS_OK) {
         qsort(order, (size_t)count, sizeof *order, compare_channels);
         for (int c = 0; c < count; ++c) snprintf(image->channel_names[c], sizeof *image->channel_names, "%s", order[c]);
-        result = storage == EXR_STORAGE_TILED ? decode_tiles(context, image, order)
-                                              : decode_scanlines(context, image, order, window.min.y);
+        struct decoder decoder = {.context = context, .image = image, .order = order};
+        result = storage == EXR_STORAGE_TILED ? decode_tiles(&decoder) : decode_scanlines(&decoder, window.min.y);
+        exr_decoding_destroy(context, &decoder.pipeline);
+        free(decoder.planes);
         status = exr_status(result, stream, "read", error);
     }
     free(order);
@@ -211,7 +244,9 @@ static exr_result_t encode_scanlines(exr_context_t context, const struct image *
                         : exr_encoding_update(context, 0, &chunk, &encode);
         for (int c = 0; result == EXR_ERR_SUCCESS && c < encode.channel_count; ++c) {
             exr_coding_channel_info_t *channel = &encode.channels[c];
-            channel->encode_from_ptr = (const uint8_t *)channel_pixel(image, order, channel->channel_name, 0, y);
+            size_t start = (size_t)y * (size_t)image->width * (size_t)image->channels;
+            int slot = channel_index(order, image->channels, channel->channel_name);
+            channel->encode_from_ptr = (const uint8_t *)(image->pixels + start + slot);
             channel->user_data_type = EXR_PIXEL_FLOAT;
             channel->user_bytes_per_element = sizeof(float);
             channel->user_pixel_stride = image->channels * (int)sizeof(float);
