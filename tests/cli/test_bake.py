@@ -142,6 +142,27 @@ class Bake(unittest.TestCase):
             self.assertLess(abs(error), 0.01)
         self.assertEqual([p.name for p in self.path.iterdir() if "checkpoint" in p.name], [])
 
+    def test_the_installed_library_in_c_and_cpp(self):
+        source = pathlib.Path(__file__).resolve().parent.parent / "api" / "irradiance.c"
+        build = os.environ.get("BUILD_DIR", os.path.dirname(SCONCE))
+        prefix = self.path / "installed"
+        subprocess.run(["cmake", "--install", build, "--prefix", prefix], check=True, capture_output=True)
+        config = next(prefix.rglob("sconce.pc")).parent
+        environment = dict(os.environ, PKG_CONFIG_PATH=str(config), LD_LIBRARY_PATH=str(config.parent))
+        flags = subprocess.run(["pkg-config", "--define-prefix", "--cflags", "--libs", "sconce"], check=True, capture_output=True, text=True,
+                               env=environment).stdout.split()
+        for compiler, language in (("gcc", "c"), ("g++", "c++")):
+            program = self.path / f"irradiance-{language}"
+            subprocess.run([compiler, "-Wall", "-Werror", "-x", language, source, "-x", "none", *flags, "-lm", "-o", program], check=True, env=environment)
+        distance, flux, total = 20, self.figures["flux"][1], 0
+        directions = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+        for direction in directions:
+            point = [str(distance * c / 3 ** 0.5) for c in direction]
+            total += float(subprocess.run([program, "lamp.safetensors", *point], check=True, capture_output=True, text=True, env=environment,
+                                          cwd=self.path).stdout.split()[1])
+        far_field = flux / (4 * 3.14159265 * distance ** 2)
+        self.assertLess(abs(total / len(directions) / far_field - 1), 0.05)
+
     def test_bad_lamps(self):
         (self.path / "open.obj").write_text(OPEN_QUAD)
         (self.path / "nan.obj").write_text(OPEN_QUAD.replace("v 0.3 0 0", "v nan 0 0"))
