@@ -34,7 +34,7 @@ struct property {
     double number;           // INT, FLOAT, one-value SPECTRUM, BLACKBODY temperature [K]
     const char *string;      // also the raw text of every other type
     vec3 vector;             // VEC3
-    rgb color;               // RGB; SPECTRUM converted for a reflectance (see spectrum.h)
+    rgb color;               // RGB; SPECTRUM converted for a reflectance (see spectrum.h); BLACKBODY as an emission, times its scale
     struct transform transform;
     const float *wavelengths_nm, *values; // SPECTRUM with pairs
     size_t pair_count;
