@@ -74,7 +74,7 @@ rgb surface_eval_bsdf(const struct surface *surface, vec3 wi, vec3 wo, enum tran
     // shading-normal correction of Veach 1997, 5.3 for IMPORTANCE, 0 where geometric and shading sides disagree
 float surface_pdf_bsdf(const struct surface *surface, vec3 wi, vec3 wo, enum transport transport);
 bool surface_sample_bsdf(const struct surface *surface, vec3 wi, vec3 u, enum transport transport, struct bsdf_sample *sample);
-rgb surface_through(const struct surface *surface);
+rgb surface_through(const struct surface *surface, vec3 wi);
 unsigned surface_bsdf_flags(const struct surface *surface);
 // Emission towards w: 0 where the shape has no emitter or w is on the dark side.
 rgb surface_emission(const struct surface *surface, vec3 w);

@@ -58,10 +58,10 @@ enum status film_image(const struct film *film, struct image *image, struct erro
     image->channel_names = calloc(6, sizeof *image->channel_names);
     if (!image->channel_names) {
         image_fini(image);
-        return error_set(error, STATUS_MEMORY, "out of memory for an image of %d x %d pixels", film->width, film->height);
+        return error_set(error, STATUS_MEMORY, "out of memory for an image of %d x %d pixels", film->width,
+                         film->height);
     }
-    for (int c = 0; c < 6; c++)
-        snprintf(image->channel_names[c], sizeof image->channel_names[c], "%s", names[c]);
+    for (int c = 0; c < 6; c++) snprintf(image->channel_names[c], sizeof image->channel_names[c], "%s", names[c]);
     double n = (double)film->pass_count, to_variance = film->pass_count > 1 ? 1 / (n * (n - 1)) : 0;
     size_t count = (size_t)film->width * (size_t)film->height;
     for (size_t i = 0; i < count; i++) {

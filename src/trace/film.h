@@ -7,7 +7,7 @@
 
 struct film {
     int width, height; // of the crop
-    float *pass;       // width * height * 3: the running pass, cleared by film_end_pass
+    float *pass; // width * height * 3: the running pass, cleared by film_end_pass
     double *mean, *m2; // Welford over the passes
     size_t pass_count;
 };

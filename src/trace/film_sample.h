@@ -11,9 +11,12 @@ enum film_filter { FILM_FILTER_BOX, FILM_FILTER_TENT, FILM_FILTER_GAUSSIAN }; //
 
 static inline float film_filter_offset(const struct sensor *sensor, float u) { // [pixels] from the pixel's centre
     switch (sensor->filter) {
-    case FILM_FILTER_TENT: return sensor->filter_radius * warp_tent(u);
-    case FILM_FILTER_GAUSSIAN: return warp_gaussian(u, sensor->filter_stddev, sensor->filter_radius);
-    default: return sensor->filter_radius * (2 * u - 1);
+    case FILM_FILTER_TENT:
+        return sensor->filter_radius * warp_tent(u);
+    case FILM_FILTER_GAUSSIAN:
+        return warp_gaussian(u, sensor->filter_stddev, sensor->filter_radius);
+    default:
+        return sensor->filter_radius * (2 * u - 1);
     }
 }
 

@@ -1,0 +1,170 @@
+// Single lines through a lamp, for the baker. The aimed bounce is a one-sample mixture of BSDF sampling and of cones
+// towards the emitters, weighted by the balance heuristic (Veach and Guibas 1995): the direction only is aimed, the
+// path then goes on through whatever glass stands in between, which is where a shadow ray would have stopped. A cone is
+// chosen in proportion to its solid angle, so that the mixture's density is (cones that hold w) / (their sum).
+#include "trace/line_radiance.h"
+
+#include "trace/fork.h"
+
+static const float bsdf_share = 0.4f;
+static const int roulette_depth = 6;
+enum { DIMENSIONS_PER_EDGE = 8 };
+
+// Cosine of the cone's half angle; -1 (every direction) from inside the sphere.
+static float aim_cos_max(const struct aim *aim, vec3 p, vec3 *axis) {
+    vec3 offset = vec3_sub(aim->center, p);
+    float distance2 = vec3_dot(offset, offset), radius2 = sqrf(aim->radius);
+    if (distance2 <= radius2) {
+        *axis = (vec3){0, 0, 1};
+        return -1;
+    }
+    *axis = vec3_scale(offset, 1 / sqrtf(distance2));
+    return sqrtf(1 - radius2 / distance2);
+}
+
+// 1 - cos without the cancellation of narrow cones; [sr] / 2 pi.
+static float aim_weight(const struct aim *aim, vec3 p) {
+    vec3 offset = vec3_sub(aim->center, p);
+    float distance2 = vec3_dot(offset, offset), radius2 = sqrf(aim->radius);
+    if (distance2 <= radius2) return 2;
+    float sin2 = radius2 / distance2;
+    return sin2 / (1 + sqrtf(1 - sin2));
+}
+
+static float aims_pdf(const struct aim *aims, size_t count, vec3 p, vec3 w) {
+    float total = 0, held = 0;
+    for (size_t i = 0; i < count; i++) {
+        vec3 axis;
+        float cos_max = aim_cos_max(&aims[i], p, &axis);
+        total += aim_weight(&aims[i], p);
+        held += vec3_dot(axis, w) >= cos_max ? 1.0f : 0.0f;
+    }
+    return total > 0 ? held / (2 * PI_F * total) : 0;
+}
+
+static vec3 aims_sample(const struct aim *aims, size_t count, vec3 p, float u_choice, vec2 u) {
+    float total = 0;
+    for (size_t i = 0; i < count; i++) total += aim_weight(&aims[i], p);
+    float left = u_choice * total;
+    size_t chosen = 0;
+    for (; chosen + 1 < count; chosen++) {
+        left -= aim_weight(&aims[chosen], p);
+        if (left < 0) break;
+    }
+    vec3 axis;
+    aim_cos_max(&aims[chosen], p, &axis);
+    float height = u.x * aim_weight(&aims[chosen], p), cos_theta = 1 - height; // uniform in the cone
+    float sin_theta = sqrtf(fmaxf(0, height * (2 - height))), phi = 2 * PI_F * u.y;
+    struct frame frame = frame_from_normal(axis);
+    return frame_world_from_local(&frame, (vec3){sin_theta * cosf(phi), sin_theta * sinf(phi), cos_theta});
+}
+
+struct bounce {
+    vec3 wo;
+    rgb weight;
+    float eta;
+};
+
+static bool bounce_sample(const struct surface *surface, vec3 wi, const struct fork *fork, struct sampler *sampler,
+                          const struct aim *aims, size_t aim_count, struct bounce *bounce) {
+    float u_method = sampler_1d(sampler), u_third = sampler_1d(sampler);
+    vec2 u = sampler_2d(sampler);
+    bool mixed = aim_count > 0 && (surface_bsdf_flags(surface) & BSDF_SMOOTH);
+    if (!mixed || u_method < bsdf_share) {
+        struct bsdf_sample sample;
+        if (!surface_sample_bsdf(surface, wi, (vec3){u.x, u.y, u_third}, TRANSPORT_RADIANCE, &sample)) return false;
+        *bounce = (struct bounce){sample.wo, rgb_mul(sample.weight, fork->weight), sample.eta};
+        if (!mixed) return true;
+        float share = bsdf_share;
+        if (!sample.delta) share += (1 - bsdf_share) * aims_pdf(aims, aim_count, surface->p, sample.wo) / sample.pdf;
+        bounce->weight = rgb_scale(bounce->weight, 1 / share);
+        return true;
+    }
+    vec3 wo = aims_sample(aims, aim_count, surface->p, u_third, u);
+    rgb f = surface_eval_bsdf(surface, wi, wo, TRANSPORT_RADIANCE);
+    if (rgb_is_black(f)) return false;
+    float pdf = bsdf_share * surface_pdf_bsdf(surface, wi, wo, TRANSPORT_RADIANCE) +
+                (1 - bsdf_share) * aims_pdf(aims, aim_count, surface->p, wo);
+    *bounce = (struct bounce){wo, rgb_scale(f, fork->inverse_share / pdf), 1};
+    return pdf > 0;
+}
+
+void trace_line_radiance(const struct scene *scene, const struct ray *camera, struct sampler *sampler,
+                         const struct aim *aims, size_t aim_count, int max_depth, struct line_hit *out) {
+    *out = (struct line_hit){.distance = camera->t_max};
+    struct ray ray = *camera;
+    struct surface surface, from;
+    bool has_from = false;
+    rgb beta = rgb_gray(1);
+    float eta = 1, travelled = 0;
+    const uint32_t first_dimension = sampler->dimension;
+    for (uint32_t edge = 0, depth = 0; max_depth < 0 || depth < (uint32_t)max_depth; edge++) {
+        if (!scene_intersect(scene, &ray, -1, &surface)) break;
+        sampler->dimension = first_dimension + edge * DIMENSIONS_PER_EDGE;
+        vec3 wi = vec3_neg(ray.direction);
+        travelled += surface.t;
+        beta = rgb_mul(beta, segment_absorption(has_from ? &from : NULL, &surface, ray.direction, surface.t));
+        rgb emitted = rgb_mul(beta, surface_emission(&surface, wi));
+        if (rgb_is_finite(emitted)) out->radiance = rgb_add(out->radiance, emitted);
+        struct fork fork = fork_none();
+        float u_fork = sampler_1d(sampler), u_roulette = sampler_1d(sampler);
+        if (surface_bsdf_flags(&surface) & BSDF_NULL) fork = fork_choose(&surface, wi, u_fork);
+        if (!fork.passes && !out->hit) {
+            out->hit = true;
+            out->distance = travelled;
+        }
+        if (fork.passes) {
+            beta = rgb_mul(beta, fork.weight);
+            ray = surface_spawn_ray(&surface, ray.direction);
+        } else {
+            struct bounce bounce;
+            if (!bounce_sample(&surface, wi, &fork, sampler, aims, aim_count, &bounce)) break;
+            beta = rgb_mul(beta, bounce.weight);
+            eta *= bounce.eta;
+            depth++;
+            ray = surface_spawn_ray(&surface, bounce.wo);
+        }
+        if (!rgb_is_finite(beta) || rgb_is_black(beta)) break;
+        if (depth >= (uint32_t)roulette_depth) {
+            float survival = fminf(rgb_max(beta) * eta * eta, 0.95f);
+            if (u_roulette >= survival) break;
+            beta = rgb_scale(beta, 1 / survival);
+        }
+        from = surface;
+        has_from = true;
+    }
+}
+
+rgb trace_line_transmittance(const struct scene *scene, const struct ray *straight, struct sampler *sampler,
+                             int max_depth, float cos_limit) {
+    struct ray ray = *straight;
+    struct surface surface, from;
+    bool has_from = false;
+    rgb beta = rgb_gray(1);
+    const uint32_t first_dimension = sampler->dimension;
+    for (uint32_t edge = 0; max_depth < 0 || edge < (uint32_t)max_depth; edge++) {
+        if (!scene_intersect(scene, &ray, -1, &surface))
+            return vec3_dot(ray.direction, straight->direction) >= cos_limit ? beta : rgb_gray(0);
+        sampler->dimension = first_dimension + edge * DIMENSIONS_PER_EDGE;
+        vec3 wi = vec3_neg(ray.direction), wo = ray.direction;
+        beta = rgb_mul(beta, segment_absorption(has_from ? &from : NULL, &surface, ray.direction, surface.t));
+        struct fork fork = fork_none();
+        float u_fork = sampler_1d(sampler);
+        if (surface_bsdf_flags(&surface) & BSDF_NULL) fork = fork_choose(&surface, wi, u_fork);
+        beta = rgb_mul(beta, fork.weight);
+        if (!fork.passes) {
+            struct bsdf_sample sample;
+            vec2 u = sampler_2d(sampler);
+            if (!surface_sample_bsdf(&surface, wi, (vec3){u.x, u.y, sampler_1d(sampler)}, TRANSPORT_RADIANCE, &sample))
+                return rgb_gray(0);
+            if (vec3_dot(sample.wo, surface.ng) * vec3_dot(wi, surface.ng) >= 0) return rgb_gray(0); // a reflection
+            beta = rgb_mul(beta, sample.weight);
+            wo = sample.wo;
+        }
+        if (!rgb_is_finite(beta) || rgb_is_black(beta)) return rgb_gray(0);
+        ray = surface_spawn_ray(&surface, wo);
+        from = surface;
+        has_from = true;
+    }
+    return rgb_gray(0);
+}

@@ -1,0 +1,136 @@
+// The path tracer's frame: workers and their memory, the loop over the tiles of a pass and the loop over the stages of
+// a block (after Laine, Karras and Aila 2013, "Megakernels Considered Harmful"). Every path draws its random numbers
+// from (seed, pixel, pass) and every pixel belongs to one tile, so a pass does not depend on the threads.
+#include "trace/path_state.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/parallel.h"
+
+static void worker_fini(struct path_worker *worker) {
+    free(worker->paths);
+    free(worker->active);
+    free(worker->shadows);
+    free(worker->requests);
+    free(worker->points);
+    free(worker->numbers);
+    free(worker->directions);
+    free(worker->pdfs);
+    crossing_batch_fini(&worker->crossings);
+}
+
+static enum status worker_init(struct path_worker *worker, const struct scene *scene, struct error *error) {
+    worker->paths = calloc(PATH_BLOCK, sizeof *worker->paths);
+    worker->active = calloc(PATH_BLOCK, sizeof *worker->active);
+    worker->shadows = calloc(PATH_BLOCK, sizeof *worker->shadows);
+    worker->requests = calloc(PATH_BLOCK, sizeof *worker->requests);
+    worker->points = calloc(PATH_BLOCK, sizeof *worker->points);
+    worker->numbers = calloc(PATH_BLOCK, sizeof *worker->numbers);
+    worker->directions = calloc(PATH_BLOCK, sizeof *worker->directions);
+    worker->pdfs = calloc(PATH_BLOCK, sizeof *worker->pdfs);
+    if (!worker->paths || !worker->active || !worker->shadows || !worker->requests || !worker->points ||
+        !worker->numbers || !worker->directions || !worker->pdfs)
+        return error_set(error, STATUS_MEMORY, "out of memory for a block of paths");
+    return crossing_batch_init(&worker->crossings, scene, 2 * PATH_BLOCK, error);
+}
+
+static void tracer_destroy(void *state) {
+    struct path_tracer *tracer = state;
+    if (!tracer) return;
+    for (int i = 0; tracer->workers && i < tracer->worker_count; i++) worker_fini(&tracer->workers[i]);
+    free(tracer->workers);
+    light_select_destroy(tracer->lights);
+    free(tracer);
+}
+
+enum status path_create(const struct scene *scene, const struct run *run, enum path_strategy strategy, void **state,
+                        struct error *error) {
+    *state = NULL;
+    if (!scene->sensor)
+        return error_set(error, STATUS_INVALID,
+                         "%s: the scene has no sensor, so there is nothing to render; add a <sensor>", scene->path);
+    struct path_tracer *tracer = calloc(1, sizeof *tracer);
+    int count = run->threads < 1 ? 1 : run->threads;
+    if (tracer) tracer->workers = calloc((size_t)count, sizeof *tracer->workers);
+    if (!tracer || !tracer->workers) {
+        tracer_destroy(tracer);
+        return error_set(error, STATUS_MEMORY, "out of memory for the path tracer");
+    }
+    tracer->scene = scene;
+    tracer->strategy = strategy;
+    tracer->hidden = scene_has_hidden_geometry(scene);
+    tracer->worker_count = count;
+    enum status status = light_select_create(&tracer->lights, scene, error);
+    for (int i = 0; status == STATUS_OK && i < count; i++) status = worker_init(&tracer->workers[i], scene, error);
+    if (status == STATUS_OK)
+        *state = tracer;
+    else
+        tracer_destroy(tracer);
+    return status;
+}
+
+size_t path_dropped(const void *state) { return ((const struct path_tracer *)state)->dropped; }
+
+static void trace_tile(void *user, size_t tile, int worker_index) {
+    struct path_tracer *tracer = user;
+    struct path_worker *worker = &tracer->workers[worker_index];
+    if (worker_index == 0 && run_cancelled(tracer->run)) __atomic_store_n(&tracer->cancelled, true, __ATOMIC_RELAXED);
+    if (__atomic_load_n(&tracer->cancelled, __ATOMIC_RELAXED)) return;
+    path_generate(tracer, worker, (int)tile);
+    size_t count = tracer->scene->max_depth == 0 ? 0 : worker->active_count;
+    worker->active_count = count;
+    while (worker->active_count) {
+        path_intersect(tracer, worker);
+        if (tracer->scene->luminaire_count) path_luminaire(tracer, worker);
+        path_hit(tracer, worker);
+        path_light(tracer, worker);
+        path_shadow(tracer, worker);
+        path_scatter(tracer, worker);
+    }
+    for (size_t i = 0; i < count; i++) {
+        const struct path *path = &worker->paths[i];
+        float *pixel = &tracer->film->pass[3 * (size_t)path->pixel];
+        pixel[0] = path->radiance.r;
+        pixel[1] = path->radiance.g;
+        pixel[2] = path->radiance.b;
+    }
+}
+
+static enum status render_pass(void *state, struct film *film, uint64_t pass, const struct run *run,
+                               struct error *error) {
+    struct path_tracer *tracer = state;
+    tracer->film = film;
+    tracer->seed = run->seed;
+    tracer->pass = pass;
+    tracer->run = run;
+    tracer->cancelled = false;
+    tracer->tiles_x = (film->width + PATH_TILE - 1) / PATH_TILE;
+    size_t tiles = (size_t)tracer->tiles_x * (size_t)((film->height + PATH_TILE - 1) / PATH_TILE);
+    parallel_for(run->threads < tracer->worker_count ? run->threads : tracer->worker_count, tiles, trace_tile, tracer);
+    for (int i = 0; i < tracer->worker_count; i++) {
+        tracer->dropped += tracer->workers[i].dropped;
+        tracer->workers[i].dropped = 0;
+    }
+    if (tracer->dropped && !tracer->dropped_told) {
+        tracer->dropped_told = true;
+        run_warn(run,
+                 "%zu contributions were not finite and were left out (pass %llu; later ones are counted silently)",
+                 tracer->dropped, (unsigned long long)pass);
+    }
+    if (!tracer->cancelled) return STATUS_OK;
+    memset(film->pass, 0, 3 * (size_t)film->width * (size_t)film->height * sizeof *film->pass);
+    return error_set(error, STATUS_CANCELLED, "cancelled");
+}
+
+static enum status create(const struct scene *scene, const struct run *run, void **state, struct error *error) {
+    return path_create(scene, run, PATH_MIS, state, error);
+}
+
+const struct integrator_type path_integrator = {
+    .name = "path",
+    .help = "unidirectional path tracing with light samples and multiple importance sampling; baked lamps in batches",
+    .create = create,
+    .render_pass = render_pass,
+    .destroy = tracer_destroy,
+};

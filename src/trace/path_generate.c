@@ -1,0 +1,33 @@
+// Path tracer, first stage: one camera ray for every pixel of a tile of the crop.
+#include "trace/film_sample.h"
+#include "trace/path_state.h"
+
+void path_generate(const struct path_tracer *tracer, struct path_worker *worker, int tile) {
+    const struct sensor *sensor = tracer->scene->sensor;
+    int x0 = tile % tracer->tiles_x * PATH_TILE, y0 = tile / tracer->tiles_x * PATH_TILE;
+    int x1 = x0 + PATH_TILE < tracer->film->width ? x0 + PATH_TILE : tracer->film->width;
+    int y1 = y0 + PATH_TILE < tracer->film->height ? y0 + PATH_TILE : tracer->film->height;
+    uint32_t count = 0;
+    for (int y = y0; y < y1; y++) {
+        for (int x = x0; x < x1; x++, count++) {
+            struct path *path = &worker->paths[count];
+            int film_x = sensor->crop_x + x, film_y = sensor->crop_y + y;
+            path->sampler = sampler_make(tracer->seed, film_pixel_stream(sensor, film_x, film_y), tracer->pass);
+            vec2 u_film = sampler_2d(&path->sampler), u_lens = sampler_2d(&path->sampler);
+            sensor->type->sample_ray(sensor, film_sample_position(sensor, film_x, film_y, u_film), u_lens, &path->ray);
+            path->beta = rgb_gray(1);
+            path->radiance = rgb_gray(0);
+            path->status = PATH_SCATTERS;
+            path->depth = 0;
+            path->edge = 0;
+            path->pixel = (uint32_t)y * (uint32_t)tracer->film->width + (uint32_t)x;
+            path->eta = 1;
+            path->pdf = 0;
+            path->vertex = (struct light_point){path->ray.origin, -1, -1};
+            path->look = true;
+            path->has_from = false;
+            worker->active[count] = count;
+        }
+    }
+    worker->active_count = count;
+}

@@ -1,0 +1,127 @@
+// Path tracer: one light sample for every path that stands on a surface with a smooth part (next-event estimation).
+// Samples of baked lamps are drawn, and their light field is asked, in one batch for each lamp.
+#include "trace/path_state.h"
+
+static void shadow_add(struct path_worker *worker, uint32_t index, uint32_t luminaire, const struct ray *ray,
+                       rgb contribution) {
+    worker->shadows[worker->shadow_count++] = (struct shadow){index, luminaire, *ray, contribution};
+}
+
+// beta * f |cos| for light from `direction`, and the density with which scattering gives it.
+static rgb path_response(const struct path *path, vec3 direction, float *pdf_bsdf) {
+    vec3 wi = vec3_neg(path->ray.direction);
+    rgb f = surface_eval_bsdf(&path->surface, wi, direction, TRANSPORT_RADIANCE);
+    if (rgb_is_black(f)) return f;
+    *pdf_bsdf = surface_pdf_bsdf(&path->surface, wi, direction, TRANSPORT_RADIANCE);
+    return rgb_scale(rgb_mul(path->beta, f), path->fork.inverse_share);
+}
+
+static void sample_emitter(const struct path_tracer *tracer, struct path_worker *worker, uint32_t index,
+                           const struct light_choice *choice) {
+    struct path *path = &worker->paths[index];
+    const struct emitter *emitter = choice->emitter;
+    struct sampler sampler = path_sampler(path, PATH_DIMENSION_LIGHT);
+    struct light_sample light;
+    if (!emitter->type->sample_light(emitter, path->surface.p, sampler_2d(&sampler), &light) || !(light.pdf_sa > 0))
+        return;
+    if (rgb_is_black(light.radiance)) return;
+    float pdf_bsdf, pdf_light = light.pdf_sa * choice->pmf;
+    rgb response = path_response(path, light.direction, &pdf_bsdf);
+    if (rgb_is_black(response)) return;
+    bool delta = emitter->flags & (EMITTER_DELTA_POSITION | EMITTER_DELTA_DIRECTION);
+    float weight = path_light_weight(tracer, pdf_light, pdf_bsdf, delta);
+    if (weight == 0) return;
+    struct ray ray;
+    if (isfinite(light.distance)) {
+        float distance;
+        ray = surface_spawn_segment(&path->surface, vec3_mad(light.direction, light.distance, path->surface.p),
+                                    &distance);
+        const struct surface *end = emitter->shape ? &light.surface : NULL;
+        response = rgb_mul(response, segment_absorption(&path->surface, end, light.direction, light.distance));
+    } else {
+        ray = surface_spawn_ray(&path->surface, light.direction);
+    }
+    shadow_add(worker, index, UINT32_MAX, &ray, rgb_scale(rgb_mul(response, light.radiance), weight / pdf_light));
+}
+
+// The samples of one lamp: draw directions, ask L where the surface responds, leave the shadow rays.
+static void sample_luminaire(const struct path_tracer *tracer, struct path_worker *worker, uint32_t luminaire,
+                             const struct luminaire_request *requests, size_t count) {
+    const struct luminaire_instance *instance = &tracer->scene->luminaires[luminaire];
+    for (size_t i = 0; i < count; i++) {
+        const struct path *path = &worker->paths[requests[i].path];
+        vec3 s = luminaire_local_point(instance, path->surface.p);
+        struct sampler sampler = path_sampler(path, PATH_DIMENSION_LIGHT),
+                       third = path_sampler(path, PATH_DIMENSION_LIGHT_THIRD);
+        vec2 u = sampler_2d(&sampler);
+        worker->points[i][0] = s.x;
+        worker->points[i][1] = s.y;
+        worker->points[i][2] = s.z;
+        worker->numbers[i][0] = u.x;
+        worker->numbers[i][1] = u.y;
+        worker->numbers[i][2] = sampler_1d(&third);
+    }
+    luminaire_sample(instance->luminaire, count, (const float(*)[3])worker->points, (const float(*)[3])worker->numbers,
+                     worker->directions, worker->pdfs);
+    struct crossing_batch *batch = &worker->crossings;
+    size_t lines = crossing_batch_lines(batch);
+    for (size_t first = 0; first < count; first += lines) {
+        batch->count = 0;
+        size_t first_shadow = worker->shadow_count;
+        for (size_t i = first; i < count && i - first < lines; i++) {
+            const struct path *path = &worker->paths[requests[i].path];
+            const float *local = worker->directions[i];
+            vec3 direction = luminaire_world_direction(instance, (vec3){local[0], local[1], local[2]});
+            float pdf_bsdf, pdf_light = worker->pdfs[i] * requests[i].pmf;
+            if (!(pdf_light > 0)) continue;
+            rgb response = path_response(path, direction, &pdf_bsdf);
+            if (rgb_is_black(response)) continue;
+            float weight = path_light_weight(tracer, pdf_light, pdf_bsdf, false), t_mid;
+            if (weight == 0) continue;
+            struct ray line = {path->surface.p, direction, 0, INFINITY};
+            if (!crossing_find(instance, &line, &t_mid)) continue;
+            crossing_add(batch, requests[i].path, luminaire, &line, t_mid)->wants_radiance = true;
+            struct ray ray = surface_spawn_ray(&path->surface, direction);
+            ray.t_max = t_mid;
+            response = rgb_mul(response, segment_absorption(&path->surface, NULL, direction, t_mid));
+            shadow_add(worker, requests[i].path, luminaire, &ray, rgb_scale(response, weight / pdf_light));
+        }
+        crossing_batch_answer(batch, tracer->scene);
+        size_t kept = first_shadow;
+        for (size_t i = 0; i < batch->count; i++) {
+            struct shadow shadow = worker->shadows[first_shadow + i];
+            shadow.contribution = rgb_mul(shadow.contribution, batch->crossings[i].radiance);
+            if (!rgb_is_black(shadow.contribution)) worker->shadows[kept++] = shadow;
+        }
+        worker->shadow_count = kept;
+    }
+}
+
+void path_light(const struct path_tracer *tracer, struct path_worker *worker) {
+    worker->shadow_count = 0;
+    size_t request_count = 0;
+    for (size_t i = 0; i < worker->active_count; i++) {
+        uint32_t index = worker->active[i];
+        struct path *path = &worker->paths[index];
+        if (path->status != PATH_SCATTERS || !(surface_bsdf_flags(&path->surface) & BSDF_SMOOTH)) continue;
+        struct sampler sampler = path_sampler(path, PATH_DIMENSION_LIGHT_CHOICE);
+        struct light_choice choice;
+        if (!light_select_sample(tracer->lights, &path->vertex, sampler_1d(&sampler), &choice)) continue;
+        if (choice.emitter)
+            sample_emitter(tracer, worker, index, &choice);
+        else if (tracer->strategy != PATH_BSDF_ONLY)
+            worker->requests[request_count++] = (struct luminaire_request){index, choice.luminaire, choice.pmf};
+    }
+    // Requests of one lamp to the front, lamp after lamp: lamps are few.
+    for (size_t first = 0, n; first < request_count; first += n) {
+        uint32_t luminaire = worker->requests[first].luminaire;
+        n = 1;
+        for (size_t i = first + 1; i < request_count; i++) {
+            if (worker->requests[i].luminaire != luminaire) continue;
+            struct luminaire_request request = worker->requests[i];
+            worker->requests[i] = worker->requests[first + n];
+            worker->requests[first + n++] = request;
+        }
+        sample_luminaire(tracer, worker, luminaire, worker->requests + first, n);
+    }
+}

@@ -1,0 +1,79 @@
+// Path tracer: the baked lamps that a ray meets before its surface. Each adds its radiance, dimmed by the lamps in
+// front of it, and dims what comes after. Not met are: the lamp whose kept geometry the ray leaves (its own light is in
+// L, and the geometry itself does the dimming), and on rays that look at it a lamp that shows its real geometry. A path
+// that ends on a lamp's kept geometry gets that lamp's L wherever on the chord the surface stands, and no T.
+#include "trace/path_state.h"
+
+#include <stdlib.h>
+
+static bool stops_inside(const struct path *path, int luminaire) {
+    return path->status == PATH_SCATTERS && path->surface.shape->luminaire == luminaire;
+}
+
+static void path_find_crossings(const struct path_tracer *tracer, struct path_worker *worker, uint32_t index) {
+    const struct path *path = &worker->paths[index];
+    for (size_t i = 0; i < tracer->scene->luminaire_count; i++) {
+        const struct luminaire_instance *instance = &tracer->scene->luminaires[i];
+        if ((int)i == path->vertex.kept || (path->look && instance->appearance == APPEARANCE_GEOMETRY)) continue;
+        float t_mid;
+        if (!crossing_find(instance, &path->ray, &t_mid)) continue;
+        bool stops = stops_inside(path, (int)i);
+        float t_end = path->status == PATH_MISSES ? path->ray.t_max : path->surface.t;
+        if (t_mid >= t_end && !stops) continue;
+        struct crossing *crossing = crossing_add(&worker->crossings, index, (uint32_t)i, &path->ray, t_mid);
+        crossing->viewpoint = path->vertex.p;
+        crossing->wants_radiance = true;
+        crossing->wants_transmittance = instance->keep != KEEP_ALL && !stops;
+        crossing->wants_pdf = path->pdf > 0 && tracer->strategy != PATH_BSDF_ONLY;
+    }
+}
+
+static int crossing_order(const void *a, const void *b) {
+    float ta = ((const struct crossing *)a)->t_mid, tb = ((const struct crossing *)b)->t_mid;
+    return (ta > tb) - (ta < tb);
+}
+
+// A light sample of this lamp looks past its kept geometry as far as the event: so must the ray that ended there.
+static rgb visibility_beyond(const struct path_tracer *tracer, const struct path *path,
+                             const struct crossing *crossing) {
+    if (!stops_inside(path, (int)crossing->luminaire) || crossing->t_mid <= path->surface.t) return rgb_gray(1);
+    struct ray rest = surface_spawn_ray(&path->surface, path->ray.direction);
+    rest.t_max = crossing->t_mid - path->surface.t;
+    struct lamp_view view = {false, -1, (int)crossing->luminaire};
+    return lamp_view_visibility(tracer->scene, tracer->hidden, &view, &rest);
+}
+
+static void path_meet(const struct path_tracer *tracer, struct path_worker *worker, struct crossing *crossings,
+                      size_t count) {
+    if (count > 1) qsort(crossings, count, sizeof *crossings, crossing_order);
+    struct path *path = &worker->paths[crossings[0].item];
+    for (size_t i = 0; i < count; i++) {
+        const struct crossing *crossing = &crossings[i];
+        float pdf_light = 0;
+        if (crossing->wants_pdf)
+            pdf_light =
+                crossing->pdf_sa * light_select_pmf_luminaire(tracer->lights, &path->vertex, crossing->luminaire);
+        float weight = path_hit_weight(tracer, path, pdf_light);
+        if (weight > 0 && !rgb_is_black(crossing->radiance)) {
+            rgb radiance = rgb_mul(crossing->radiance, visibility_beyond(tracer, path, crossing));
+            if (stops_inside(path, (int)crossing->luminaire)) radiance = rgb_mul(radiance, path->fork.weight);
+            path_add(worker, path, rgb_scale(rgb_mul(path->beta, radiance), weight));
+        }
+        path->beta = rgb_mul(path->beta, crossing->transmittance);
+    }
+}
+
+void path_luminaire(const struct path_tracer *tracer, struct path_worker *worker) {
+    size_t lines = crossing_batch_lines(&worker->crossings);
+    for (size_t first = 0; first < worker->active_count; first += lines) {
+        worker->crossings.count = 0;
+        for (size_t i = first; i < worker->active_count && i - first < lines; i++)
+            path_find_crossings(tracer, worker, worker->active[i]);
+        crossing_batch_answer(&worker->crossings, tracer->scene);
+        struct crossing *crossings = worker->crossings.crossings;
+        for (size_t i = 0, n; i < worker->crossings.count; i += n) {
+            for (n = 1; i + n < worker->crossings.count && crossings[i + n].item == crossings[i].item;) n++;
+            path_meet(tracer, worker, crossings + i, n);
+        }
+    }
+}

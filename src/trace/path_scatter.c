@@ -1,0 +1,59 @@
+// Path tracer, last stage of a bounce: a new direction from the BSDF, Russian roulette, and the list of paths that go
+// on. Roulette is played with beta * eta^2: radiance is compressed inside a refracting body and expands again when it
+// leaves, so beta alone would end paths there that matter (van Antwerpen 2011, in the form Mitsuba has it).
+#include "trace/path_state.h"
+
+static bool path_play_roulette(const struct path_tracer *tracer, struct path *path) {
+    if (path->depth < tracer->scene->rr_depth) return true;
+    struct sampler sampler = path_sampler(path, PATH_DIMENSION_ROULETTE);
+    float survival = fminf(rgb_max(path->beta) * sqrf(path->eta), 0.95f);
+    if (sampler_1d(&sampler) >= survival) return false;
+    path->beta = rgb_scale(path->beta, 1 / survival);
+    return true;
+}
+
+static bool path_bounce(const struct path_tracer *tracer, struct path_worker *worker, struct path *path,
+                        vec3 *direction) {
+    struct sampler sampler = path_sampler(path, PATH_DIMENSION_BSDF);
+    vec2 u = sampler_2d(&sampler);
+    struct bsdf_sample sample;
+    vec3 wi = vec3_neg(path->ray.direction);
+    if (!surface_sample_bsdf(&path->surface, wi, (vec3){u.x, u.y, sampler_1d(&sampler)}, TRANSPORT_RADIANCE, &sample))
+        return false;
+    path->beta = rgb_mul(path->beta, rgb_mul(sample.weight, path->fork.weight));
+    if (!rgb_is_finite(path->beta)) {
+        worker->dropped++;
+        return false;
+    }
+    path->eta *= sample.eta;
+    path->pdf = sample.delta ? 0 : sample.pdf;
+    path->look = path->look && sample.delta;
+    path->depth++;
+    *direction = sample.wo;
+    return !rgb_is_black(path->beta) && path_play_roulette(tracer, path);
+}
+
+void path_scatter(const struct path_tracer *tracer, struct path_worker *worker) {
+    size_t kept = 0;
+    for (size_t i = 0; i < worker->active_count; i++) {
+        struct path *path = &worker->paths[worker->active[i]];
+        vec3 direction = path->ray.direction;
+        switch (path->status) {
+        case PATH_SCATTERS:
+            if (!path_bounce(tracer, worker, path, &direction)) continue;
+            break;
+        case PATH_PASSES:
+            path->beta = rgb_mul(path->beta, path->fork.weight);
+            if (rgb_is_black(path->beta)) continue;
+            break;
+        default:
+            continue;
+        }
+        path->ray = surface_spawn_ray(&path->surface, direction);
+        path->from = path->surface;
+        path->has_from = true;
+        path->edge++;
+        worker->active[kept++] = worker->active[i];
+    }
+    worker->active_count = kept;
+}

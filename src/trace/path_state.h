@@ -1,0 +1,130 @@
+// What the stages of the path tracer share. A block of paths (one tile of the film) goes through
+//   generate, then until none is left: intersect, luminaire, hit, light, shadow, scatter
+// one stage for all paths at a time, so that the queries of baked luminaires come in batches. One worker owns one
+// block.
+#pragma once
+
+#include "math/sampler.h"
+#include "trace/fork.h"
+#include "trace/light_select.h"
+#include "trace/luminaire_crossing.h"
+#include "trace/path.h"
+
+enum { PATH_TILE = 32, PATH_BLOCK = PATH_TILE * PATH_TILE };
+
+// Random dimensions of one path: the camera's, then a fixed share for every edge.
+enum path_dimension {
+    PATH_DIMENSION_FILM = 0,
+    PATH_DIMENSION_LENS = 1,
+    PATH_DIMENSION_EDGE = 2,
+    PATH_DIMENSION_FORK = 0, // from here: within an edge
+    PATH_DIMENSION_BSDF = 1, // two, the second scalar
+    PATH_DIMENSION_LIGHT = 3,
+    PATH_DIMENSION_LIGHT_CHOICE = 4,
+    PATH_DIMENSION_LIGHT_THIRD = 5,
+    PATH_DIMENSION_ROULETTE = 6,
+    PATH_DIMENSIONS_PER_EDGE = 7
+};
+
+enum path_status { PATH_DONE, PATH_MISSES, PATH_PASSES, PATH_SCATTERS };
+
+struct path {
+    struct ray ray;
+    struct sampler sampler;
+    rgb beta, radiance;
+    enum path_status status;
+    int depth; // scattering vertices so far
+    uint32_t edge; // rays so far, with those that only went on through a surface
+    uint32_t pixel; // in the film
+    float eta; // product of the relative indices of refraction
+    float pdf; // [1/sr] of the ray's direction at `vertex`; 0: camera or delta, which no light sample can give
+    struct light_point vertex; // where the path scattered last, as light_select sees it
+    bool look; // camera ray, or delta scattering only since
+    bool has_from;
+    struct fork fork; // at `surface`
+    struct surface from; // where the ray starts; only with has_from
+    struct surface surface; // where it ends, unless PATH_MISSES
+};
+
+struct shadow { // a light sample on its way to be tested
+    uint32_t path, luminaire; // luminaire: of the sample, or UINT32_MAX
+    struct ray ray;
+    rgb contribution;
+};
+
+struct path_worker {
+    struct path *paths; // PATH_BLOCK
+    uint32_t *active; // indices of the paths that go on
+    size_t active_count;
+    struct shadow *shadows; // PATH_BLOCK: at most one a path and edge
+    size_t shadow_count;
+    struct crossing_batch crossings;
+    struct luminaire_request *requests; // PATH_BLOCK, see path_light.c
+    float (*points)[3], (*numbers)[3], (*directions)[3], *pdfs; // PATH_BLOCK
+    size_t dropped;
+};
+
+struct path_tracer {
+    const struct scene *scene;
+    struct light_select *lights;
+    enum path_strategy strategy;
+    bool hidden; // scene_has_hidden_geometry
+    int worker_count;
+    struct path_worker *workers;
+    size_t dropped;
+    bool dropped_told;
+    // of the running pass
+    struct film *film;
+    uint64_t seed, pass;
+    int tiles_x;
+    const struct run *run;
+    bool cancelled;
+};
+
+struct luminaire_request {
+    uint32_t path, luminaire;
+    float pmf;
+};
+
+void path_generate(const struct path_tracer *tracer, struct path_worker *worker, int tile);
+void path_intersect(const struct path_tracer *tracer, struct path_worker *worker);
+void path_luminaire(const struct path_tracer *tracer, struct path_worker *worker);
+void path_hit(const struct path_tracer *tracer, struct path_worker *worker);
+void path_light(const struct path_tracer *tracer, struct path_worker *worker);
+void path_shadow(const struct path_tracer *tracer, struct path_worker *worker);
+void path_scatter(const struct path_tracer *tracer, struct path_worker *worker);
+
+static inline struct sampler path_sampler(const struct path *path, enum path_dimension dimension) {
+    return (struct sampler){path->sampler.key,
+                            PATH_DIMENSION_EDGE + path->edge * PATH_DIMENSIONS_PER_EDGE + (uint32_t)dimension};
+}
+
+static inline void path_add(struct path_worker *worker, struct path *path, rgb contribution) {
+    if (rgb_is_finite(contribution))
+        path->radiance = rgb_add(path->radiance, contribution);
+    else
+        worker->dropped++;
+}
+
+static inline bool path_may_scatter(const struct path_tracer *tracer, const struct path *path) {
+    return tracer->scene->max_depth < 0 || path->depth + 1 < tracer->scene->max_depth;
+}
+
+// The power heuristic with exponent 2 (Veach and Guibas 1995).
+static inline float power_heuristic(float pdf, float other) {
+    if (!(other > 0)) return 1;
+    float ratio = other / pdf;
+    return 1 / (1 + ratio * ratio);
+}
+
+// Weight of light that a ray met by chance, where a light sample would have come with `pdf_light` (0: never).
+static inline float path_hit_weight(const struct path_tracer *tracer, const struct path *path, float pdf_light) {
+    if (path->pdf == 0 || tracer->strategy == PATH_BSDF_ONLY || !(pdf_light > 0)) return 1;
+    return tracer->strategy == PATH_LIGHTS_ONLY ? 0 : power_heuristic(path->pdf, pdf_light);
+}
+
+// Weight of a light sample that scattering would have found with `pdf_bsdf`; deltas can be found in no other way.
+static inline float path_light_weight(const struct path_tracer *tracer, float pdf_light, float pdf_bsdf, bool delta) {
+    if (delta || tracer->strategy == PATH_LIGHTS_ONLY) return 1;
+    return tracer->strategy == PATH_BSDF_ONLY ? 0 : power_heuristic(pdf_light, pdf_bsdf);
+}
