@@ -1,0 +1,113 @@
+// bitmap: an image over uv. The image's first row lies at v = 0, as in Mitsuba 3 (whose OBJ reader flips v, as ours
+// does).
+#include <stdint.h>
+
+#include "base/file.h"
+#include "image/image.h"
+#include "scene/texture.h"
+#include "scene/texture/uv_map.h"
+
+enum { FILTER_BILINEAR, FILTER_TRILINEAR, FILTER_EWA, FILTER_NEAREST }; // the second and third are read as the first
+enum { WRAP_REPEAT, WRAP_CLAMP, WRAP_MIRROR };
+
+struct bitmap_texture {
+    struct texture base;
+    const char *filename;
+    int filter, wrap;
+    bool raw;
+    struct transform to_uv;
+    int width, height;
+    const rgb *pixels;
+};
+
+static rgb image_pixel(const struct image *image, size_t index) {
+    const float *p = image->pixels + index * (size_t)image->channels;
+    return image->channels < 3 ? rgb_gray(p[0]) : (rgb){p[0], p[1], p[2]};
+}
+
+static enum status bitmap_texture_commit(struct texture *texture, struct commit_context *context, struct error *error) {
+    struct bitmap_texture *b = (struct bitmap_texture *)texture;
+    uv_map_commit(&b->to_uv);
+    char path[4096];
+    path_resolve(path, sizeof path, context->object->place.file, b->filename);
+    struct image image;
+    struct error cause;
+    enum status status = image_load(&image, path, b->raw, &cause);
+    if (status != STATUS_OK) {
+        error_at(error, context->object->place, "%s", cause.text);
+        if (error) error->status = status;
+        return status;
+    }
+    size_t count = (size_t)image.width * (size_t)image.height;
+    rgb *pixels = arena_alloc(context->arena, count, sizeof *pixels);
+    double sum[3] = {0, 0, 0};
+    for (size_t i = 0; pixels && i < count; ++i) {
+        pixels[i] = image_pixel(&image, i);
+        sum[0] += pixels[i].r;
+        sum[1] += pixels[i].g;
+        sum[2] += pixels[i].b;
+    }
+    b->width = image.width;
+    b->height = image.height;
+    b->pixels = pixels;
+    image_fini(&image);
+    if (!pixels) return error_set(error, STATUS_MEMORY, "no memory for the texture %s", path);
+    double scale = 1.0 / (double)count;
+    texture->value = (rgb){(float)(sum[0] * scale), (float)(sum[1] * scale), (float)(sum[2] * scale)};
+    return STATUS_OK;
+}
+
+// Where coordinate t falls on an axis of n texels, in texels and one period (mirror: two) from the first.
+static float axis_position(int wrap, float t, int n) {
+    if (!(fabsf(t) < 1e9f)) return 0; // also not-a-number
+    if (wrap == WRAP_CLAMP) return clampf(t, 0, 1) * (float)n;
+    float period = wrap == WRAP_MIRROR ? 2.0f : 1.0f;
+    return (t - period * floorf(t / period)) * (float)n;
+}
+
+static int axis_texel(int wrap, int i, int n) { // i within one period of the image
+    if (wrap == WRAP_CLAMP) return i < 0 ? 0 : i >= n ? n - 1 : i;
+    int period = wrap == WRAP_MIRROR ? 2 * n : n;
+    i = i < 0 ? i + period : i >= period ? i - period : i;
+    return i < n ? i : 2 * n - 1 - i;
+}
+
+static rgb bitmap_texture_eval(const struct texture *texture, vec2 uv) {
+    const struct bitmap_texture *b = (const struct bitmap_texture *)texture;
+    vec2 t = uv_map_apply(&b->to_uv, uv);
+    float x = axis_position(b->wrap, t.x, b->width);
+    float y = axis_position(b->wrap, t.y, b->height);
+    if (b->filter == FILTER_NEAREST) {
+        int column = axis_texel(b->wrap, (int)x, b->width), row = axis_texel(b->wrap, (int)y, b->height);
+        return b->pixels[(size_t)row * (size_t)b->width + (size_t)column];
+    }
+    float left = floorf(x - 0.5f), top = floorf(y - 0.5f), fx = x - 0.5f - left, fy = y - 0.5f - top;
+    int x0 = axis_texel(b->wrap, (int)left, b->width), x1 = axis_texel(b->wrap, (int)left + 1, b->width);
+    int y0 = axis_texel(b->wrap, (int)top, b->height), y1 = axis_texel(b->wrap, (int)top + 1, b->height);
+    const rgb *row0 = b->pixels + (size_t)y0 * (size_t)b->width, *row1 = b->pixels + (size_t)y1 * (size_t)b->width;
+    rgb upper = rgb_add(rgb_scale(row0[x0], 1.0f - fx), rgb_scale(row0[x1], fx));
+    rgb lower = rgb_add(rgb_scale(row1[x0], 1.0f - fx), rgb_scale(row1[x1], fx));
+    return rgb_add(rgb_scale(upper, 1.0f - fy), rgb_scale(lower, fy));
+}
+
+static const struct param bitmap_texture_params[] = {
+    {"filename", PARAM_STRING, offsetof(struct bitmap_texture, filename), NULL,
+     .help = "EXR, PNG or JPEG, relative to the scene file"},
+    {"filter_type", PARAM_CHOICE, offsetof(struct bitmap_texture, filter), "bilinear",
+     .choices = "bilinear|trilinear|ewa|nearest", .help = "interpolation; trilinear and ewa are read as bilinear"},
+    {"wrap_mode", PARAM_CHOICE, offsetof(struct bitmap_texture, wrap), "repeat", .choices = "repeat|clamp|mirror",
+     .help = "what lies outside the unit square"},
+    {"raw", PARAM_BOOL, offsetof(struct bitmap_texture, raw), "false",
+     .help = "8-bit values are data (a normal map, a roughness), not sRGB colours"},
+    {"to_uv", PARAM_TRANSFORM, offsetof(struct bitmap_texture, to_uv), "", .help = "applied to uv first"},
+    PARAM_END,
+};
+
+const struct texture_type texture_bitmap = {
+    .name = "bitmap",
+    .help = "an image",
+    .params = bitmap_texture_params,
+    .size = sizeof(struct bitmap_texture),
+    .commit = bitmap_texture_commit,
+    .eval = bitmap_texture_eval,
+};
