@@ -2,10 +2,20 @@
 #include "scene/bsdf.h"
 
 #define BSDFS(X)                                                                                                       \
+    X(blend)                                                                                                           \
+    X(bumpmap)                                                                                                         \
+    X(conductor)                                                                                                       \
     X(dielectric)                                                                                                      \
     X(diffuse)                                                                                                         \
+    X(mask)                                                                                                            \
+    X(mixture)                                                                                                         \
+    X(normalmap)                                                                                                       \
+    X(null)                                                                                                            \
+    X(plastic)                                                                                                         \
     X(roughconductor)                                                                                                  \
     X(roughdielectric)                                                                                                 \
+    X(roughplastic)                                                                                                    \
+    X(thindielectric)                                                                                                  \
     X(twosided)
 
 #define DECLARE(name) extern const struct bsdf_type bsdf_##name;

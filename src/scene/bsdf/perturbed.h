@@ -1,0 +1,16 @@
+// A BSDF evaluated in a tilted frame, shared by bumpmap and normalmap.
+#pragma once
+
+#include "scene/bsdf.h"
+
+// The frame about normal n (local, n.z > 0), with s next to the local x axis.
+struct frame perturbed_frame(vec3 n);
+
+// The child's functions in `frame`. Light that would change sides between the two frames is absorbed, so the result
+// stays reciprocal. (Mitsuba 3.9 does the same with flip_invalid_normals and use_shadowing_function off.)
+rgb perturbed_eval(const struct bsdf *child, const struct frame *frame, const struct bsdf_point *point, vec3 wi,
+                   vec3 wo, enum transport transport);
+float perturbed_pdf(const struct bsdf *child, const struct frame *frame, const struct bsdf_point *point, vec3 wi,
+                    vec3 wo, enum transport transport);
+bool perturbed_sample(const struct bsdf *child, const struct frame *frame, const struct bsdf_point *point, vec3 wi,
+                      vec3 u, enum transport transport, struct bsdf_sample *sample);
