@@ -48,11 +48,8 @@ enum status render_scene(const struct scene *scene, const struct render_options 
         char detail[64];
         snprintf(detail, sizeof detail, "%d spp", done);
         run_progress(run, type->name, fraction < 1 ? fraction : 1, elapsed, detail);
-        if (run_cancelled(run)) {
-            status = error_set(error, STATUS_CANCELLED, "stopped after %d samples per pixel%s%s", done,
-                               done ? "; the picture so far is in " : "", done ? options->output : "");
-            break;
-        }
+        if (run_cancelled(run)) status = STATUS_CANCELLED;
+        if (status) break;
         status = type->render_pass(state, &film, (uint64_t)done, run, error);
         if (!status) {
             film_end_pass(&film, run->threads);
@@ -62,6 +59,9 @@ enum status render_scene(const struct scene *scene, const struct render_options 
     *result = (struct render_result){.width = film.width, .height = film.height, .samples = done,
                                      .wall_s = clock_wall_s() - wall, .cpu_s = clock_cpu_s() - cpu};
     if (!status) run_progress(run, type->name, 1, result->wall_s, NULL);
+    if (status == STATUS_CANCELLED)
+        error_set(error, STATUS_CANCELLED, "stopped after %d samples per pixel%s%s", done,
+                  done ? "; the picture so far is in " : "", done ? options->output : "");
     if (done && (!status || status == STATUS_CANCELLED)) {
         enum status saved = render_save(&film, options, result, status ? NULL : error);
         if (!status) status = saved;
