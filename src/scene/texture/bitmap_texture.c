@@ -27,7 +27,6 @@ static rgb image_pixel(const struct image *image, size_t index) {
 
 static enum status bitmap_texture_commit(struct texture *texture, struct commit_context *context, struct error *error) {
     struct bitmap_texture *b = (struct bitmap_texture *)texture;
-    uv_map_commit(&b->to_uv);
     char path[4096];
     path_resolve(path, sizeof path, context->object->place.file, b->filename);
     struct image image;

@@ -12,7 +12,6 @@ static enum status checkerboard_texture_commit(struct texture *texture, struct c
                                                struct error *error) {
     struct checkerboard_texture *c = (struct checkerboard_texture *)texture;
     (void)context, (void)error;
-    uv_map_commit(&c->to_uv);
     texture->value = rgb_scale(rgb_add(c->color0->value, c->color1->value), 0.5f);
     return STATUS_OK;
 }

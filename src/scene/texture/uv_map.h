@@ -3,10 +3,6 @@
 
 #include "math/transform.h"
 
-static inline void uv_map_commit(struct transform *to_uv) { // left zero by the parameters where the file has none
-    if (to_uv->m[3][3] == 0) *to_uv = transform_identity();
-}
-
 static inline vec2 uv_map_apply(const struct transform *to_uv, vec2 uv) {
     const float(*m)[4] = to_uv->m;
     return (vec2){m[0][0] * uv.x + m[0][1] * uv.y + m[0][3], m[1][0] * uv.x + m[1][1] * uv.y + m[1][3]};
