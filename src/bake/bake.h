@@ -18,18 +18,18 @@ struct bake_options {
     double seconds; // > 0: as much work as fits in this wall time, instead of `quality`
     enum bake_proxy proxy;
     const char *proxy_path; // BAKE_PROXY_MESH: a closed mesh (.obj, .ply) in lamp coordinates that holds the lamp
-    bool resume;            // go on from OUTPUT.checkpoint where there is one
+    bool resume; // go on from OUTPUT.checkpoint where there is one
 };
 
 struct bake_report {
-    const char *proxy;    // "sphere", ...
+    const char *proxy; // "sphere", ...
     const char *encoding; // what the trial chose: "grid4", "shells", "grid4+shells"
-    const char *data;     // "camera", "particles", "both"
+    const char *data; // "camera", "particles", "both"
     size_t anchor_count;
-    float clear_share;    // of the flux on lines that pass an emitter
+    float clear_share; // of the flux on lines that pass an emitter
     size_t steps, traced; // optimiser steps; particles and camera lines traced
-    size_t bytes;         // of the file
-    double seconds;       // wall time of the bake, over all its runs
+    size_t bytes; // of the file
+    double seconds; // wall time of the bake, over all its runs
     struct evaluation evaluation;
 };
 

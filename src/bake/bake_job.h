@@ -1,0 +1,40 @@
+// One bake in progress: what its stages share.
+#pragma once
+
+#include "bake/bake.h"
+#include "bake/checkpoint.h"
+#include "bake/survey.h"
+#include "bake/training.h"
+
+struct bake_plan { // how much work each stage does
+    size_t survey_particles;
+    size_t trial_chunks; // of every candidate; 0: no trial
+    size_t transparency_chunks, light_chunks;
+    int log2_entries;
+};
+
+struct bake_job {
+    const struct bake_options *options;
+    const struct run *run;
+    struct bake_plan plan;
+    double start_s, deadline_s; // clock_wall_s; deadline only where options->seconds > 0, else infinity
+    struct arena arena;
+    struct scene scene;
+    struct lamp lamp;
+    struct aim aims[SURVEY_CLUSTERS];
+    struct survey survey;
+    struct line_guide *guide;
+    struct held_out held_out;
+    struct checkpoint checkpoint;
+    char folder[4096]; // of the checkpoint
+    struct light_training light;
+    struct transparency *transparency;
+    uint64_t identity; // of the lamp
+};
+
+// Chooses data source and encoding by short trainings of candidates, scored on held-out light.
+enum status bake_choose(struct bake_job *job, struct light_recipe *recipe, struct error *error);
+// Trains both networks, writes checkpoints, stops at the deadline. STATUS_CANCELLED after a last checkpoint.
+enum status bake_train(struct bake_job *job, struct error *error);
+// Scale, sampling density, assembly, evaluation, file. Consumes the networks.
+enum status bake_finish(struct bake_job *job, struct bake_report *report, struct error *error);

@@ -1,0 +1,98 @@
+// The long stage: transparency first, then the light field, chunk by chunk. Tracing and training both use all threads,
+// one after the other within a chunk, so that no core waits and the order of everything is fixed.
+#include <stdio.h>
+
+#include <stdlib.h>
+
+#include "bake/bake_job.h"
+
+static const double checkpoint_period_s = 25, score_period_s = 4;
+static const double transparency_time_share = 0.15, finish_time_share = 0.12; // of a bake with --seconds
+
+static enum status save_checkpoint(struct bake_job *job, struct error *error) {
+    job->checkpoint.traced = job->light.traced;
+    job->checkpoint.seconds = clock_wall_s() - job->start_s;
+    return checkpoint_save(&job->checkpoint, job->folder, job->light.field, job->transparency, error);
+}
+
+// After every chunk: cancelled, or time for a checkpoint.
+static enum status between_chunks(struct bake_job *job, double *last_checkpoint_s, struct error *error) {
+    if (run_cancelled(job->run)) {
+        enum status status = save_checkpoint(job, error);
+        if (status != STATUS_OK) return status;
+        return error_set(error, STATUS_CANCELLED, "cancelled; the same command with --resume goes on from %s",
+                         job->folder);
+    }
+    double now = clock_wall_s();
+    if (now - *last_checkpoint_s < checkpoint_period_s) return STATUS_OK;
+    *last_checkpoint_s = now;
+    return save_checkpoint(job, error);
+}
+
+static enum status train_transparency(struct bake_job *job, double *last_checkpoint_s, struct error *error) {
+    struct line_sample *samples = malloc((size_t)CHUNK_STEPS * TRANSPARENCY_BATCH * sizeof *samples);
+    if (!samples) return error_set(error, STATUS_MEMORY, "out of memory for the transparency's lines");
+    const double start = clock_wall_s(), limit = transparency_time_share * job->options->seconds;
+    const size_t planned = job->plan.transparency_chunks;
+    const bool timed = job->options->seconds > 0;
+    size_t done_here = 0;
+    enum status status = STATUS_OK;
+    while (status == STATUS_OK && job->checkpoint.transparency_chunks < planned) {
+        double loss, elapsed = clock_wall_s() - start;
+        if (timed && elapsed > limit) break;
+        if (timed && done_here > 0) {
+            double left = (limit - elapsed) * (double)done_here / elapsed;
+            transparency_plan(job->transparency,
+                              (job->checkpoint.transparency_chunks + (size_t)left + 1) * CHUNK_STEPS);
+        }
+        done_here++;
+        transparency_training_chunk(job->transparency, &job->lamp, job->checkpoint.transparency_chunks++, samples,
+                                    &loss);
+        char detail[64];
+        snprintf(detail, sizeof detail, "loss %.5f", loss);
+        double fraction =
+            job->options->seconds > 0 ? elapsed / limit : (double)job->checkpoint.transparency_chunks / (double)planned;
+        run_progress(job->run, "transparency", fraction, elapsed, detail);
+        status = between_chunks(job, last_checkpoint_s, error);
+    }
+    free(samples);
+    return status;
+}
+
+static enum status train_light(struct bake_job *job, double *last_checkpoint_s, struct error *error) {
+    const bool timed = job->options->seconds > 0;
+    const double start = clock_wall_s(), stop = job->deadline_s - finish_time_share * job->options->seconds;
+    double last_score_s = -score_period_s, score = NAN;
+    size_t done_here = 0;
+    enum status status = STATUS_OK;
+    while (status == STATUS_OK && job->checkpoint.light_chunks < job->checkpoint.recipe.chunks) {
+        double now = clock_wall_s(), elapsed = now - start;
+        if (timed && now >= stop && done_here > 0) break;
+        if (timed && done_here > 0) { // the learning rate falls towards the end that the clock will set
+            double left = (stop - now) * (double)done_here / elapsed;
+            light_field_plan(job->light.field, (job->checkpoint.light_chunks + (size_t)left + 1) * CHUNK_STEPS);
+        }
+        status = light_training_chunk(&job->light, job->checkpoint.light_chunks, error);
+        if (status != STATUS_OK) break;
+        job->checkpoint.light_chunks++;
+        done_here++;
+        if (now - last_score_s >= score_period_s) {
+            last_score_s = now;
+            status = held_out_score(&job->held_out, job->light.field, &job->lamp, &score, error);
+            if (status != STATUS_OK) break;
+        }
+        char detail[96];
+        snprintf(detail, sizeof detail, "loss %.4f, held-out %.4f", job->light.loss, score);
+        double fraction = timed ? elapsed / (stop - start)
+                                : (double)job->checkpoint.light_chunks / (double)job->checkpoint.recipe.chunks;
+        run_progress(job->run, "training", fraction < 1 ? fraction : 1, clock_wall_s() - start, detail);
+        status = between_chunks(job, last_checkpoint_s, error);
+    }
+    return status;
+}
+
+enum status bake_train(struct bake_job *job, struct error *error) {
+    double last_checkpoint_s = clock_wall_s();
+    enum status status = train_transparency(job, &last_checkpoint_s, error);
+    return status == STATUS_OK ? train_light(job, &last_checkpoint_s, error) : status;
+}

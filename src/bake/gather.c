@@ -1,0 +1,176 @@
+// Parallel blocks of traced samples. A block's particles write into the block's own slots and the blocks are joined in
+// order, so that the result does not depend on the threads.
+#include "bake/gather.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "bake/line_guide.h"
+#include "base/parallel.h"
+#include "math/warp.h"
+#include "trace/particle_exit.h"
+
+enum { BLOCK = 2048, MAX_DEPTH = 100 };
+static const float straight_cos = 0.866f; // light turned by less than 30 degrees counts as having come through
+
+static vec3 vec3_from(const float v[3]) { return (vec3){v[0], v[1], v[2]}; }
+
+static void store(float to[3], vec3 v) {
+    to[0] = v.x;
+    to[1] = v.y;
+    to[2] = v.z;
+}
+
+struct particle_job {
+    const struct lamp *lamp;
+    uint64_t stream;
+    size_t first, n;
+    struct line_exit *exits; // slots of all particles of the call
+    vec3 *origins; // or NULL
+    size_t *counts; // exits of each block
+};
+
+static void trace_particle_block(void *user, size_t block, int worker) {
+    (void)worker;
+    const struct particle_job *job = user;
+    const struct proxy *proxy = &job->lamp->proxy;
+    vec3 center = vec3_from(proxy->center);
+    size_t begin = block * BLOCK, end = begin + BLOCK < job->n ? begin + BLOCK : job->n, count = 0;
+    for (size_t i = begin; i < end; i++) {
+        struct sampler sampler = sampler_make(job->lamp->seed, job->stream, job->first + i);
+        struct particle_exit exit;
+        trace_particle(job->lamp->scene, &sampler, MAX_DEPTH, &exit);
+        if (!exit.escaped) continue;
+        vec3 p = vec3_sub(exit.point, center); // onto the bounding sphere
+        float b = vec3_dot(p, exit.direction), c = vec3_dot(p, p) - sqrf(proxy->radius);
+        float t = sqrtf(fmaxf(0, b * b - c)) - b;
+        struct line_exit *slot = &job->exits[begin + count];
+        store(slot->point, vec3_mad(exit.direction, t, exit.point));
+        store(slot->w, exit.direction);
+        store(slot->flux, (vec3){exit.flux.r, exit.flux.g, exit.flux.b});
+        if (job->origins) job->origins[begin + count] = exit.point;
+        count++;
+    }
+    job->counts[block] = count;
+}
+
+enum status gather_exits(struct exit_list *list, const struct lamp *lamp, enum gather_stream stream, size_t first,
+                         size_t n, bool origins, struct error *error) {
+    size_t blocks = (n + BLOCK - 1) / BLOCK;
+    *list = (struct exit_list){.emitted = n};
+    struct particle_job job = {.lamp = lamp, .stream = (uint64_t)stream << 56, .first = first, .n = n};
+    job.exits = list->exits = malloc((n + 1) * sizeof *list->exits);
+    job.counts = malloc((blocks + 1) * sizeof *job.counts);
+    if (origins) job.origins = list->origin = malloc((n + 1) * sizeof *list->origin);
+    if (!job.exits || !job.counts || (origins && !job.origins)) {
+        free(job.counts);
+        exit_list_fini(list);
+        return error_set(error, STATUS_MEMORY, "out of memory for %zu particles", n);
+    }
+    parallel_for(lamp->threads, blocks, trace_particle_block, &job);
+    for (size_t block = 0; block < blocks; block++) {
+        memmove(list->exits + list->count, list->exits + block * BLOCK, job.counts[block] * sizeof *list->exits);
+        if (origins)
+            memmove(list->origin + list->count, list->origin + block * BLOCK, job.counts[block] * sizeof *list->origin);
+        list->count += job.counts[block];
+    }
+    free(job.counts);
+    return STATUS_OK;
+}
+
+void exit_list_fini(struct exit_list *list) {
+    free(list->exits);
+    free(list->origin);
+    *list = (struct exit_list){0};
+}
+
+struct line_job {
+    const struct lamp *lamp;
+    const struct line_guide *guide;
+    uint64_t stream;
+    size_t first, n;
+    bool trace;
+    int repeats; // of the transmittance's traces
+    struct line_sample *lines;
+};
+
+static bool lamp_span(const struct lamp *lamp, vec3 point, vec3 w) {
+    float t_near, t_far;
+    return proxy_shape_span(&lamp->shape, &point.x, &w.x, &t_near, &t_far);
+}
+
+// From just outside the bounding sphere into the lamp, against the light.
+static struct ray camera_ray(const struct lamp *lamp, vec3 point, vec3 w) {
+    return (struct ray){vec3_mad(w, 1e-3f * lamp->proxy.radius, point), vec3_neg(w), 0, INFINITY};
+}
+
+static void gather_line_block(void *user, size_t block, int worker) {
+    (void)worker;
+    const struct line_job *job = user;
+    size_t begin = block * BLOCK, end = begin + BLOCK < job->n ? begin + BLOCK : job->n;
+    for (size_t i = begin; i < end; i++) {
+        struct sampler sampler = sampler_make(job->lamp->seed, job->stream, job->first + i);
+        vec3 point, w;
+        float density = line_guide_sample(job->guide, &sampler, &point, &w);
+        struct line_sample *line = &job->lines[i];
+        *line = (struct line_sample){0};
+        if (!(density > 0) || !lamp_span(job->lamp, point, w)) {
+            store(line->point, vec3_from(job->lamp->proxy.center)); // any line of the lamp will do
+            store(line->w, (vec3){0, 0, 1});
+            continue;
+        }
+        store(line->point, point);
+        store(line->w, w);
+        line->mass = 1 / density;
+        if (!job->trace) continue;
+        struct ray ray = camera_ray(job->lamp, point, w);
+        struct line_hit hit;
+        trace_line_radiance(job->lamp->scene, &ray, &sampler, job->lamp->aims, job->lamp->aim_count, MAX_DEPTH, &hit);
+        rgb y = rgb_scale(hit.radiance, line->mass);
+        store(line->target, (vec3){y.r, y.g, y.b});
+    }
+}
+
+void gather_lines(struct line_sample *lines, const struct lamp *lamp, const struct line_guide *guide,
+                  enum gather_stream stream, size_t first, size_t n, bool trace) {
+    struct line_job job = {lamp, guide, (uint64_t)stream << 56 | 1, first, n, trace, 1, lines};
+    parallel_for(lamp->threads, (n + BLOCK - 1) / BLOCK, gather_line_block, &job);
+}
+
+static void gather_transmittance_block(void *user, size_t block, int worker) {
+    (void)worker;
+    const struct line_job *job = user;
+    const struct proxy *proxy = &job->lamp->proxy;
+    vec3 center = vec3_from(proxy->center);
+    size_t begin = block * BLOCK, end = begin + BLOCK < job->n ? begin + BLOCK : job->n;
+    for (size_t i = begin; i < end; i++) {
+        struct sampler sampler = sampler_make(job->lamp->seed, job->stream, job->first + i);
+        struct line_sample *line = &job->lines[i];
+        vec3 exit, w;
+        do { // every proxy fills a good part of its bounding sphere's cross-section
+            w = warp_uniform_sphere(sampler_2d(&sampler));
+            vec2 disk = warp_concentric_disk(sampler_2d(&sampler));
+            struct frame frame = frame_from_normal(w);
+            float rise = sqrtf(fmaxf(0, 1 - disk.x * disk.x - disk.y * disk.y));
+            exit = vec3_mad(frame_world_from_local(&frame, (vec3){disk.x, disk.y, rise}), proxy->radius, center);
+        } while (!lamp_span(job->lamp, exit, w));
+        store(line->point, exit);
+        store(line->w, w);
+        line->mass = 1;
+        struct ray ray = camera_ray(job->lamp, exit, w);
+        rgb sum = rgb_gray(0);
+        for (int k = 0; k < job->repeats; k++) {
+            struct sampler again = sampler_make(job->lamp->seed, job->stream | (uint64_t)(k + 1) << 8, job->first + i);
+            sum = rgb_add(sum, trace_line_transmittance(job->lamp->scene, &ray, &again, MAX_DEPTH, straight_cos));
+        }
+        rgb t = rgb_scale(sum, 1 / (float)job->repeats);
+        store(line->target, (vec3){t.r, t.g, t.b});
+    }
+}
+
+void gather_transmittance(struct line_sample *lines, const struct lamp *lamp, enum gather_stream stream, size_t first,
+                          size_t n, int repeats) {
+    struct line_job job = {
+        .lamp = lamp, .stream = (uint64_t)stream << 56 | 2, .first = first, .n = n, .repeats = repeats, .lines = lines};
+    parallel_for(lamp->threads, (n + BLOCK - 1) / BLOCK, gather_transmittance_block, &job);
+}

@@ -1,0 +1,50 @@
+// The tracing side of a bake: particles that leave the lamp and camera lines into it, in parallel blocks. Every number
+// is a pure function of (seed, stream, index), whatever the number of threads.
+#pragma once
+
+#include "luminaire/proxy.h"
+#include "scene/scene.h"
+#include "trace/line_radiance.h"
+
+struct line_guide;
+
+enum gather_stream { // separate random numbers for separate purposes
+    STREAM_SURVEY = 1,
+    STREAM_TRIAL,
+    STREAM_HELD_OUT,
+    STREAM_TRAINING,
+    STREAM_TRANSPARENCY,
+    STREAM_SCALE,
+    STREAM_EVALUATION,
+};
+
+struct lamp { // what is baked, as the tracers see it
+    const struct scene *scene;
+    struct proxy proxy;
+    struct proxy_shape shape; // of the proxy
+    const struct aim *aims; // emission clusters, for camera lines
+    size_t aim_count;
+    uint64_t seed;
+    int threads;
+};
+
+struct exit_list {
+    struct line_exit *exits;
+    vec3 *origin; // where each was emitted or scattered last; NULL where nobody asked
+    size_t count, emitted;
+};
+
+// Traces the particles [first, first + n) of a stream. Exits that the proxy's bounding sphere does not see cannot
+// occur. `origins`: also fill list->origin.
+enum status gather_exits(struct exit_list *list, const struct lamp *lamp, enum gather_stream stream, size_t first,
+                         size_t n, bool origins, struct error *error);
+void exit_list_fini(struct exit_list *list);
+
+// Lines [first, first + n) of a stream, drawn from the guide: mass = 1 / density, target = radiance / density where
+// `trace`, else 0. Lines that miss the proxy have mass 0 and target 0 and count as samples.
+void gather_lines(struct line_sample *lines, const struct lamp *lamp, const struct line_guide *guide,
+                  enum gather_stream stream, size_t first, size_t n, bool trace);
+
+// Uniform lines that cross the proxy: mass = 1, target = the mean of `repeats` estimates of the transmittance.
+void gather_transmittance(struct line_sample *lines, const struct lamp *lamp, enum gather_stream stream, size_t first,
+                          size_t n, int repeats);

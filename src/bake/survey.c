@@ -1,0 +1,180 @@
+// Third step of a bake. The clusters come from a farthest-point traversal (Gonzalez 1985), then Lloyd's iterations,
+// over points drawn from the emitters in proportion to their power.
+#include "bake/survey.h"
+
+#include <stdlib.h>
+
+#include "math/distribution.h"
+
+enum { EMISSION_POINTS = 16384, LLOYD_STEPS = 8, STATISTICS_EXITS = 200000 };
+static const float cluster_reach = 0.1f; // [proxy radius]
+static const float least_shell_gap = 0.04f, pass_margin = 1.25f;
+
+static enum status draw_emission_points(vec3 *points, const struct lamp *lamp, struct error *error) {
+    const struct scene *scene = lamp->scene;
+    float *powers = calloc(scene->emitter_count, sizeof *powers);
+    if (!powers) return error_set(error, STATUS_MEMORY, "out of memory for %zu emitters", scene->emitter_count);
+    for (size_t i = 0; i < scene->emitter_count; i++) powers[i] = fmaxf(0, rgb_mean(scene->emitters[i]->power));
+    struct distribution pick;
+    enum status status = distribution_init(&pick, powers, scene->emitter_count, error);
+    free(powers);
+    if (status != STATUS_OK) return status;
+    vec3 last = {lamp->proxy.center[0], lamp->proxy.center[1], lamp->proxy.center[2]};
+    for (size_t i = 0; i < EMISSION_POINTS; i++) {
+        struct sampler sampler = sampler_make(0x656d69, 0, i); // the same clusters for every seed
+        const struct emitter *emitter = scene->emitters[distribution_sample(&pick, sampler_1d(&sampler), NULL)];
+        struct emission_sample sample;
+        vec2 u_position = sampler_2d(&sampler), u_direction = sampler_2d(&sampler);
+        if (emitter->type->sample_emission(emitter, u_position, u_direction, &sample)) last = sample.ray.origin;
+        points[i] = last;
+    }
+    distribution_fini(&pick);
+    return STATUS_OK;
+}
+
+static float distance2(vec3 a, vec3 b) {
+    vec3 d = vec3_sub(a, b);
+    return vec3_dot(d, d);
+}
+
+static size_t nearest_cluster(const struct survey *survey, vec3 p) {
+    size_t nearest = 0;
+    for (size_t c = 1; c < survey->cluster_count; c++)
+        if (distance2(p, survey->clusters[c].center) < distance2(p, survey->clusters[nearest].center)) nearest = c;
+    return nearest;
+}
+
+static void spread_clusters(struct survey *survey, const vec3 *points, float reach) {
+    survey->clusters[0].center = points[0];
+    survey->cluster_count = 1;
+    while (survey->cluster_count < SURVEY_CLUSTERS) {
+        float farthest = 0;
+        size_t candidate = 0;
+        for (size_t i = 0; i < EMISSION_POINTS; i++) {
+            float d2 = distance2(points[i], survey->clusters[nearest_cluster(survey, points[i])].center);
+            if (d2 > farthest) {
+                farthest = d2;
+                candidate = i;
+            }
+        }
+        if (farthest <= reach * reach) break;
+        survey->clusters[survey->cluster_count++].center = points[candidate];
+    }
+}
+
+static void refine_clusters(struct survey *survey, const vec3 *points) {
+    vec3 sums[SURVEY_CLUSTERS] = {{0, 0, 0}};
+    size_t counts[SURVEY_CLUSTERS] = {0};
+    for (size_t i = 0; i < EMISSION_POINTS; i++) {
+        size_t c = nearest_cluster(survey, points[i]);
+        sums[c] = vec3_add(sums[c], vec3_sub(points[i], survey->clusters[c].center));
+        counts[c]++;
+    }
+    for (size_t c = 0; c < survey->cluster_count; c++) {
+        if (counts[c] == 0) continue;
+        survey->clusters[c].center = vec3_mad(sums[c], 1.0f / (float)counts[c], survey->clusters[c].center);
+        survey->clusters[c].share = (float)counts[c] / EMISSION_POINTS;
+    }
+}
+
+enum status survey_clusters(struct survey *survey, const struct lamp *lamp, struct error *error) {
+    vec3 *points = malloc(EMISSION_POINTS * sizeof *points);
+    if (!points) return error_set(error, STATUS_MEMORY, "out of memory for the emission points");
+    enum status status = draw_emission_points(points, lamp, error);
+    if (status == STATUS_OK) {
+        // A ball of twice the reach may be one cluster: its centre is found by the refinement.
+        spread_clusters(survey, points, 2 * cluster_reach * lamp->proxy.radius);
+        for (int step = 0; step < LLOYD_STEPS; step++) refine_clusters(survey, points);
+        for (size_t i = 0; i < EMISSION_POINTS; i++) {
+            struct emission_cluster *cluster = &survey->clusters[nearest_cluster(survey, points[i])];
+            cluster->radius = fmaxf(cluster->radius, sqrtf(distance2(points[i], cluster->center)));
+        }
+        for (size_t c = 0; c < survey->cluster_count; c++)
+            survey->clusters[c].radius = fmaxf(survey->clusters[c].radius, 1e-3f * lamp->proxy.radius);
+    }
+    free(points);
+    return status;
+}
+
+static bool passes_cluster(const struct survey *survey, const struct line_exit *exit) {
+    vec3 p = {exit->point[0], exit->point[1], exit->point[2]}, w = {exit->w[0], exit->w[1], exit->w[2]};
+    for (size_t c = 0; c < survey->cluster_count; c++) {
+        vec3 d = vec3_sub(p, survey->clusters[c].center);
+        float along = vec3_dot(d, w);
+        if (vec3_dot(d, d) - along * along <= sqrf(pass_margin * survey->clusters[c].radius)) return true;
+    }
+    return false;
+}
+
+struct weighted_radius {
+    float radius, weight;
+};
+
+static int compare_radii(const void *a, const void *b) {
+    const struct weighted_radius *p = a, *q = b;
+    return (p->radius > q->radius) - (p->radius < q->radius);
+}
+
+// Flux-weighted quantiles of the radius where light left, at least a small gap apart.
+static enum status find_shells(struct survey *survey, const struct lamp *lamp, size_t n, struct error *error) {
+    struct weighted_radius *radii = malloc((n + 1) * sizeof *radii);
+    if (!radii) return error_set(error, STATUS_MEMORY, "out of memory for the survey");
+    vec3 center = {lamp->proxy.center[0], lamp->proxy.center[1], lamp->proxy.center[2]};
+    double total = 0, passed = 0;
+    for (size_t i = 0; i < n; i++) {
+        const float *flux = survey->exits.exits[i].flux;
+        radii[i].radius = sqrtf(distance2(survey->exits.origin[i], center)) / lamp->proxy.radius;
+        radii[i].weight = flux[0] + flux[1] + flux[2];
+        total += (double)radii[i].weight;
+    }
+    qsort(radii, n, sizeof *radii, compare_radii);
+    survey->shell_count = 0;
+    float least = least_shell_gap;
+    for (size_t i = 0, k = 0; i < n && k < SURVEY_SHELLS; i++) {
+        passed += (double)radii[i].weight;
+        if (passed < total * ((double)k + 0.5) / SURVEY_SHELLS) continue;
+        k++;
+        float radius = clampf(radii[i].radius, least, 1);
+        if (radius > 0.97f) continue;
+        survey->shell_radii[survey->shell_count++] = radius;
+        least = radius + least_shell_gap;
+    }
+    free(radii);
+    return STATUS_OK;
+}
+
+enum status survey_exits(struct survey *survey, const struct lamp *lamp, enum gather_stream stream, size_t particles,
+                         struct error *error) {
+    enum status status = gather_exits(&survey->exits, lamp, stream, 0, particles, true, error);
+    if (status != STATUS_OK) return status;
+    const struct exit_list *list = &survey->exits;
+    double n = (double)list->emitted, total = 0;
+    for (int c = 0; c < 3; c++) {
+        double sum = 0, squares = 0;
+        for (size_t i = 0; i < list->count; i++) {
+            double y = (double)list->exits[i].flux[c];
+            sum += y;
+            squares += y * y;
+        }
+        survey->flux[c] = sum / n;
+        survey->flux_noise[c] = sum > 0 ? sqrt(fmax(0, squares / n - sum / n * (sum / n)) / n) / (sum / n) : 0;
+        total += survey->flux[c];
+    }
+    if (!(total > 0))
+        return error_set(error, STATUS_INVALID,
+                         "%s: no light leaves the lamp: of %zu particles none came out; are the emitters enclosed in "
+                         "something opaque, or do their normals point inwards?",
+                         lamp->scene->path, particles);
+    survey->exit_rate = (float)((double)list->count / n);
+    size_t subset = list->count < STATISTICS_EXITS ? list->count : STATISTICS_EXITS;
+    double passing = 0, all = 0;
+    for (size_t i = 0; i < subset; i++) {
+        double y = (double)(list->exits[i].flux[0] + list->exits[i].flux[1] + list->exits[i].flux[2]);
+        all += y;
+        if (passes_cluster(survey, &list->exits[i])) passing += y;
+    }
+    survey->clear_share = (float)(all > 0 ? passing / all : 0);
+    return find_shells(survey, lamp, subset, error);
+}
+
+void survey_fini(struct survey *survey) { exit_list_fini(&survey->exits); }

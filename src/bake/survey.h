@@ -1,0 +1,26 @@
+// What a first look by tracing tells about a lamp: its flux, where it emits, where its light leaves.
+#pragma once
+
+#include "bake/gather.h"
+#include "bake/line_guide.h"
+
+enum { SURVEY_CLUSTERS = 64, SURVEY_SHELLS = 4 };
+
+struct survey {
+    double flux[3], flux_noise[3]; // per channel, and its relative standard error
+    struct exit_list exits;
+    float exit_rate; // exits per emitted particle
+    struct emission_cluster clusters[SURVEY_CLUSTERS];
+    size_t cluster_count;
+    float clear_share; // of the flux on lines that pass an emission cluster
+    float shell_radii[SURVEY_SHELLS]; // [fraction of the proxy's radius] ascending: where light was scattered last
+    size_t shell_count;
+};
+
+// Finds the emission clusters: the fewest, up to 64, such that no emission point is farther than a tenth of the proxy's
+// radius from its cluster's centre.
+enum status survey_clusters(struct survey *survey, const struct lamp *lamp, struct error *error);
+// Traces `particles` particles of the stream and fills the rest. STATUS_INVALID: no light leaves the lamp.
+enum status survey_exits(struct survey *survey, const struct lamp *lamp, enum gather_stream stream, size_t particles,
+                         struct error *error);
+void survey_fini(struct survey *survey);
