@@ -95,8 +95,10 @@ struct line_job {
 };
 
 static bool lamp_span(const struct lamp *lamp, vec3 point, vec3 w) {
-    float t_near, t_far;
-    return proxy_shape_span(&lamp->shape, &point.x, &w.x, &t_near, &t_far);
+    float origin[3], direction[3], t_near, t_far;
+    store(origin, point);
+    store(direction, w);
+    return proxy_shape_span(&lamp->shape, origin, direction, &t_near, &t_far);
 }
 
 // From just outside the bounding sphere into the lamp, against the light.
