@@ -24,6 +24,14 @@ struct proxy {
 // - an untraced line drawn with density p has mass = 1/p, target = 0;
 // - a particle's exit of flux y has mass = 0, target = y / (particles emitted per batch's share).
 // The measure is dA_perp dw of lines (area perpendicular to w on the bounding sphere's disk times solid angle).
+// Normalisation: all lines of the bounding sphere measure M = 4 pi^2 radius^2 (LINE_MEASURE). Over a batch of n lines mass is
+// 1 / (p n M), so that the masses of a batch sum to 1 in expectation, and target is in units of radiance_unit:
+//   camera line of radiance y: target = mass * y / radiance_unit;
+//   exits: target = flux / (n_emitted M radiance_unit), n_emitted the particles that this batch's exits stand for;
+// with radiance_unit = mean over channels of the lamp's flux / M, the targets of a batch sum to about 1 too. One constant
+// factor common to mass and target in all batches of a training does no harm (Adam is free of scale); a factor between
+// mass and target scales the radiance. The loss reported is the sum over the batch.
+#define LINE_MEASURE(radius) (39.4784176f * (radius) * (radius))
 struct line_sample {
     float point[3], w[3];
     float mass;
@@ -56,7 +64,9 @@ enum status light_field_create(struct light_field **field, const struct light_fi
 void light_field_destroy(struct light_field *field);
 // One optimiser step. Deterministic for any `threads`. Returns the mean loss of the batch in *loss.
 void light_field_train(struct light_field *field, const struct line_sample *samples, size_t n, int threads, double *loss);
-// Uses averaged (EMA) weights where the implementation has them. Radiance in absolute units.
+// The planned number of optimiser steps, where it becomes known only during training (a time budget).
+void light_field_plan(struct light_field *field, size_t steps);
+// Radiance in absolute units. From the float tables while training; a luminaire made of the field evaluates 8-bit ones.
 void light_field_eval(const struct light_field *field, size_t n, const float (*point)[3], const float (*w)[3], float (*radiance)[3]);
 void light_field_set_scale(struct light_field *field, const float scale[3]); // final scale per colour, to the traced flux
 
@@ -64,6 +74,7 @@ struct transparency;
 enum status transparency_create(struct transparency **t, const struct proxy *proxy, size_t steps, uint64_t seed, struct error *error);
 void transparency_destroy(struct transparency *t);
 // samples: point, w, target = throughput in [0,1], mass = weight. Squared error through a sigmoid (unbiased).
+void transparency_plan(struct transparency *t, size_t steps);
 void transparency_train(struct transparency *t, const struct line_sample *samples, size_t n, int threads, double *loss);
 void transparency_eval(const struct transparency *t, size_t n, const float (*point)[3], const float (*w)[3], float (*transmittance)[3]);
 
@@ -75,7 +86,8 @@ enum status sampling_density_build(struct sampling_density **density, const stru
                                    int threads, struct error *error);
 void sampling_density_destroy(struct sampling_density *density);
 
-// Takes ownership of the parts. `metadata`: keys and values, copied; documented in docs/luminaire-format.md.
+// Takes ownership of the parts, also when it fails; they cannot be trained any more. transparency NULL: T = 0 on the proxy's
+// lines. density NULL: directions uniform over the bounding sphere's cone. `metadata`: keys and values, copied; documented in docs/luminaire-format.md.
 enum status luminaire_assemble(struct luminaire **luminaire, const struct proxy *proxy, struct light_field *field,
                                struct transparency *transparency, struct sampling_density *density, const float flux[3],
                                const char *const *keys, const char *const *values, size_t metadata_count, struct error *error);

@@ -1,0 +1,103 @@
+#include "luminaire/field_net.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "net/kernel.h"
+
+enum { MAX_CORNERS = GRID_MAX_LOOKUPS * (GRID_MAX_DIMS + 1) };
+
+static enum status set_up(struct field_net *net, const float center[3], float radius,
+                          const struct encoding_options *options, struct error *error) {
+    *net = (struct field_net){.radius = radius};
+    memcpy(net->center, center, sizeof net->center);
+    enum status status = encoding_options_check(options, error);
+    if (status) return status;
+    encoding_init(&net->encoding, options);
+    net->shape = (struct mlp_shape){grid_input_count(&net->encoding.layout), FIELD_WIDTH, FIELD_OUTPUTS};
+    return STATUS_OK;
+}
+
+enum status field_net_create(struct field_net *net, const float center[3], float radius,
+                             const struct encoding_options *options, const struct trainer_rates *rates, uint64_t seed,
+                             struct error *error) {
+    enum status status = set_up(net, center, radius, options, error);
+    if (status) return status;
+    net->trainer = malloc(sizeof *net->trainer);
+    if (!net->trainer) return error_set(error, STATUS_MEMORY, "out of memory for a network");
+    status = trainer_init(net->trainer, &net->encoding.layout, FIELD_WIDTH, FIELD_OUTPUTS, rates, seed, error);
+    if (status) {
+        free(net->trainer);
+        net->trainer = NULL;
+    }
+    return status;
+}
+
+size_t field_net_parameters(const struct field_net *net) { return mlp_layout(&net->shape).count; }
+
+static enum status allocate_finished(struct field_net *net, struct error *error) {
+    net->mlp = calloc(field_net_parameters(net), sizeof(float));
+    net->codes = calloc((size_t)net->encoding.layout.entry_count * 2 + GRID_PADDING, 1);
+    if (net->mlp && net->codes) return STATUS_OK;
+    free(net->mlp);
+    free(net->codes);
+    net->mlp = NULL, net->codes = NULL;
+    return error_set(error, STATUS_MEMORY, "out of memory for a network");
+}
+
+enum status field_net_restore(struct field_net *net, const float center[3], float radius,
+                              const struct encoding_options *options, const float *mlp, size_t mlp_count,
+                              const int8_t *codes, size_t code_count, const float *scale, size_t scale_count,
+                              struct error *error) {
+    enum status status = set_up(net, center, radius, options, error);
+    if (status) return status;
+    if (mlp_count != field_net_parameters(net) || code_count != (size_t)net->encoding.layout.entry_count * 2 ||
+        scale_count != (size_t)net->encoding.layout.level_count)
+        return error_set(error, STATUS_INVALID, "the tables' sizes do not fit the network that the file describes");
+    status = allocate_finished(net, error);
+    if (status) return status;
+    memcpy(net->mlp, mlp, mlp_count * sizeof(float));
+    memcpy(net->codes, codes, code_count);
+    memcpy(net->scale, scale, scale_count * sizeof(float));
+    return STATUS_OK;
+}
+
+enum status field_net_finish(struct field_net *net, struct error *error) {
+    if (!net->trainer) return STATUS_OK;
+    enum status status = allocate_finished(net, error);
+    if (status) return status;
+    memcpy(net->mlp, net->trainer->mlp, net->trainer->mlp_count * sizeof(float));
+    grid_quantise(&net->encoding.layout, net->trainer->table, net->codes, net->scale);
+    trainer_fini(net->trainer);
+    free(net->trainer);
+    net->trainer = NULL;
+    return STATUS_OK;
+}
+
+void field_net_fini(struct field_net *net) {
+    if (net->trainer) trainer_fini(net->trainer);
+    free(net->trainer);
+    free(net->mlp);
+    free(net->codes);
+    *net = (struct field_net){.radius = 0};
+}
+
+void field_net_eval(const struct field_net *net, int count, const float (*point)[3], const float (*w)[3], float *z,
+                    float *hit) {
+    const struct kernel *kernel = kernel_best();
+    const struct grid_layout *layout = &net->encoding.layout;
+    struct line_block lines;
+    struct grid_input input;
+    _Alignas(64) int32_t index[MAX_CORNERS * NET_LANES];
+    _Alignas(64) float weight[MAX_CORNERS * NET_LANES], x[MLP_MAX_INPUTS * NET_LANES];
+    _Alignas(64) float h1[FIELD_WIDTH * NET_LANES], h2[FIELD_WIDTH * NET_LANES];
+    line_block_load(&lines, net->center, net->radius, count, point, w);
+    encoding_encode(&net->encoding, &lines, &input);
+    kernel->index(layout, &input, index, weight);
+    if (net->trainer)
+        kernel->gather_float(layout, net->trainer->table, &input, index, weight, x);
+    else
+        kernel->gather_code(layout, net->codes, net->scale, &input, index, weight, x);
+    kernel->forward(&net->shape, net->trainer ? net->trainer->mlp : net->mlp, x, h1, h2, z);
+    memcpy(hit, lines.hit, sizeof lines.hit);
+}

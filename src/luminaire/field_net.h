@@ -1,0 +1,36 @@
+// The network of a field over lines, while it is trained (float tables) and afterwards (8-bit tables): encoding ->
+// grids -> MLP -> one value per output, for the light field and the transparency alike.
+#pragma once
+
+#include "luminaire/encoding.h"
+#include "net/trainer.h"
+
+enum { FIELD_OUTPUTS = 3, FIELD_WIDTH = 32 };
+
+struct field_net {
+    float center[3], radius; // bounding sphere of the proxy
+    struct encoding encoding;
+    struct mlp_shape shape;
+    struct trainer *trainer; // while training, else NULL
+    float *mlp; // of the finished network; NULL while training
+    int8_t *codes; // entry_count * 2 + GRID_PADDING
+    float scale[GRID_MAX_LEVELS];
+};
+
+// Checks the options. The network trains.
+enum status field_net_create(struct field_net *net, const float center[3], float radius,
+                             const struct encoding_options *options, const struct trainer_rates *rates, uint64_t seed,
+                             struct error *error);
+// A finished network from its numbers, all copied. Counts must fit the options' layout.
+enum status field_net_restore(struct field_net *net, const float center[3], float radius,
+                              const struct encoding_options *options, const float *mlp, size_t mlp_count,
+                              const int8_t *codes, size_t code_count, const float *scale, size_t scale_count,
+                              struct error *error);
+// Ends the training: quantises the tables and frees everything that only training needs.
+enum status field_net_finish(struct field_net *net, struct error *error);
+void field_net_fini(struct field_net *net);
+size_t field_net_parameters(const struct field_net *net); // of the MLP
+
+// z [FIELD_OUTPUTS][NET_LANES] of `count` <= NET_LANES lines; hit[l] = 0 where a line misses the bounding sphere.
+void field_net_eval(const struct field_net *net, int count, const float (*point)[3], const float (*w)[3], float *z,
+                    float *hit);

@@ -1,0 +1,198 @@
+// The light field L(u, w) = exp(z) * radiance_unit * scale. Its loss is docs/design.md's: the Kullback-Leibler form
+// sum mass L - target log L, whose gradient in z = log L is mass L - target, weighted by L / (L + 0.1) with that
+// weight's gradient stopped. Both terms are linear in the data, so noise of any size leaves the minimum where it is.
+#include "luminaire/light_field.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "net/kernel.h"
+
+static const float dim = 0.1f; // radiance below which the weight falls off, in radiance units
+static const float z_max = 8, z_min = -12; // beyond, only gradients that lead back count
+
+enum status light_field_create(struct light_field **field, const struct light_field_options *options,
+                               struct error *error) {
+    *field = NULL;
+    if (!(options->radiance_unit > 0) || !isfinite(options->radiance_unit))
+        return error_set(error, STATUS_INVALID, "radiance unit %g must be positive", (double)options->radiance_unit);
+    if (!(options->proxy.radius > 0)) return error_set(error, STATUS_INVALID, "the proxy's radius must be positive");
+    if (options->anchor_count > ENCODING_MAX_ANCHORS || options->shell_count > ENCODING_MAX_SHELLS)
+        return error_set(error, STATUS_INVALID, "at most %d anchors and %d shells are possible", ENCODING_MAX_ANCHORS,
+                         ENCODING_MAX_SHELLS);
+    struct light_field *f = calloc(1, sizeof *f);
+    struct encoding_options *encoding = calloc(1, sizeof *encoding);
+    enum status status = STATUS_OK;
+    if (!f || !encoding)
+        status = error_set(error, STATUS_MEMORY, "out of memory for a light field");
+    else {
+        float inverse = 1 / options->proxy.radius;
+        encoding->anchor_count = (int)options->anchor_count;
+        for (size_t i = 0; i < options->anchor_count; i++)
+            for (int a = 0; a < 3; a++)
+                encoding->anchors[i][a] = (options->anchors[i][a] - options->proxy.center[a]) * inverse;
+        encoding->anchor_radius = options->anchor_count ? options->anchor_radius * inverse : 0;
+        encoding->shell_count = (int)options->shell_count;
+        for (size_t i = 0; i < options->shell_count; i++) encoding->shells[i] = options->shell_radii[i];
+        encoding->use_grid4 = options->use_grid4;
+        encoding->log2_entries = options->log2_entries;
+        struct trainer_rates rates = {.table = 1e-2f, .mlp = 3e-3f, .end = 1.0f / 30, .steps = options->steps};
+        f->radiance_unit = options->radiance_unit;
+        for (int c = 0; c < 3; c++) f->scale[c] = 1;
+        status = field_net_create(&f->net, options->proxy.center, options->proxy.radius, encoding, &rates,
+                                  options->seed, error);
+    }
+    free(encoding);
+    if (status)
+        free(f);
+    else
+        *field = f;
+    return status;
+}
+
+void light_field_destroy(struct light_field *field) {
+    if (field) field_net_fini(&field->net);
+    free(field);
+}
+
+struct job {
+    const struct field_net *net;
+    const struct line_sample *samples;
+};
+
+static void job_encode(const void *user, size_t first, int count, struct grid_input *input) {
+    const struct job *job = user;
+    struct line_block lines;
+    float point[NET_LANES][3], w[NET_LANES][3];
+    for (int l = 0; l < count; l++)
+        for (int a = 0; a < 3; a++) {
+            point[l][a] = job->samples[first + (size_t)l].point[a];
+            w[l][a] = job->samples[first + (size_t)l].w[a];
+        }
+    line_block_load(&lines, job->net->center, job->net->radius, count, (const float(*)[3])point, (const float(*)[3])w);
+    encoding_encode(&job->net->encoding, &lines, input);
+}
+
+static double light_loss(const void *user, size_t first, int count, const float *z, float *d_z) {
+    const struct job *job = user;
+    _Alignas(64) float radiance[FIELD_OUTPUTS * NET_LANES];
+    for (int i = 0; i < FIELD_OUTPUTS * NET_LANES; i++)
+        radiance[i] = z[i] > z_max ? z_max : z[i] < z_min ? z_min : z[i];
+    kernel_best()->exponential(radiance, FIELD_OUTPUTS * NET_LANES);
+    double loss = 0;
+    for (int c = 0; c < FIELD_OUTPUTS; c++)
+        for (int l = 0; l < NET_LANES; l++) {
+            int i = c * NET_LANES + l;
+            if (l >= count) {
+                d_z[i] = 0;
+                continue;
+            }
+            const struct line_sample *sample = &job->samples[first + (size_t)l];
+            float gradient = sample->mass * radiance[i] - sample->target[c];
+            d_z[i] = gradient * radiance[i] / (radiance[i] + dim);
+            if ((z[i] > z_max && gradient < 0) || (z[i] < z_min && gradient > 0)) d_z[i] = 0;
+            loss += (double)(sample->mass * radiance[i] - sample->target[c] * z[i]);
+        }
+    return loss;
+}
+
+void light_field_train(struct light_field *field, const struct line_sample *samples, size_t n, int threads,
+                       double *loss) {
+    struct job job = {&field->net, samples};
+    double sum = trainer_step(field->net.trainer, &(struct trainer_batch){n, &job, job_encode, light_loss}, threads);
+    if (loss) *loss = sum;
+}
+
+void light_field_plan(struct light_field *field, size_t steps) { field->net.trainer->rates.steps = steps; }
+
+void light_field_eval(const struct light_field *field, size_t n, const float (*point)[3], const float (*w)[3],
+                      float (*radiance)[3]) {
+    for (size_t first = 0; first < n; first += NET_LANES) {
+        int count = (int)(n - first < NET_LANES ? n - first : NET_LANES);
+        _Alignas(64) float z[FIELD_OUTPUTS * NET_LANES];
+        float hit[NET_LANES];
+        field_net_eval(&field->net, count, point + first, w + first, z, hit);
+        for (int i = 0; i < FIELD_OUTPUTS * NET_LANES; i++) z[i] = z[i] > z_max ? z_max : z[i] < z_min ? z_min : z[i];
+        kernel_best()->exponential(z, FIELD_OUTPUTS * NET_LANES);
+        for (int l = 0; l < count; l++)
+            for (int c = 0; c < 3; c++)
+                radiance[first + (size_t)l][c] = z[c * NET_LANES + l] * field->radiance_unit * field->scale[c] * hit[l];
+    }
+}
+
+void light_field_set_scale(struct light_field *field, const float scale[3]) {
+    for (int c = 0; c < 3; c++) field->scale[c] = scale[c];
+}
+
+// --- Transparency ---
+
+enum status transparency_create(struct transparency **t, const struct proxy *proxy, size_t steps, uint64_t seed,
+                                struct error *error) {
+    *t = NULL;
+    struct transparency *made = calloc(1, sizeof *made);
+    struct encoding_options *encoding = calloc(1, sizeof *encoding);
+    enum status status = STATUS_OK;
+    if (!made || !encoding)
+        status = error_set(error, STATUS_MEMORY, "out of memory for a transparency");
+    else {
+        // Where a line is blocked is a matter of surfaces at unknown radii: two spheres, and entry x exit.
+        encoding->shells[0] = 0.7f;
+        encoding->shells[1] = 0.35f;
+        encoding->shell_count = 2;
+        encoding->use_grid4 = true;
+        encoding->log2_entries = 14;
+        struct trainer_rates rates = {.table = 1e-2f, .mlp = 3e-3f, .end = 1.0f / 30, .steps = steps};
+        status = field_net_create(&made->net, proxy->center, proxy->radius, encoding, &rates, seed, error);
+    }
+    free(encoding);
+    if (status)
+        free(made);
+    else
+        *t = made;
+    return status;
+}
+
+void transparency_destroy(struct transparency *t) {
+    if (t) field_net_fini(&t->net);
+    free(t);
+}
+
+static float sigmoid(float z) { return 1 / (1 + expf(-z)); }
+
+static double transparency_loss(const void *user, size_t first, int count, const float *z, float *d_z) {
+    const struct job *job = user;
+    double loss = 0;
+    for (int c = 0; c < FIELD_OUTPUTS; c++)
+        for (int l = 0; l < NET_LANES; l++) {
+            int i = c * NET_LANES + l;
+            d_z[i] = 0;
+            if (l >= count) continue;
+            const struct line_sample *sample = &job->samples[first + (size_t)l];
+            float t = sigmoid(z[i]), difference = t - sample->target[c];
+            d_z[i] = sample->mass * difference * t * (1 - t);
+            loss += (double)(sample->mass * difference * difference);
+        }
+    return loss;
+}
+
+void transparency_train(struct transparency *t, const struct line_sample *samples, size_t n, int threads,
+                        double *loss) {
+    struct job job = {&t->net, samples};
+    double sum = trainer_step(t->net.trainer, &(struct trainer_batch){n, &job, job_encode, transparency_loss}, threads);
+    if (loss) *loss = sum / (double)n;
+}
+
+void transparency_plan(struct transparency *t, size_t steps) { t->net.trainer->rates.steps = steps; }
+
+void transparency_eval(const struct transparency *t, size_t n, const float (*point)[3], const float (*w)[3],
+                       float (*transmittance)[3]) {
+    for (size_t first = 0; first < n; first += NET_LANES) {
+        int count = (int)(n - first < NET_LANES ? n - first : NET_LANES);
+        _Alignas(64) float z[FIELD_OUTPUTS * NET_LANES];
+        float hit[NET_LANES];
+        field_net_eval(&t->net, count, point + first, w + first, z, hit);
+        for (int l = 0; l < count; l++)
+            for (int c = 0; c < 3; c++)
+                transmittance[first + (size_t)l][c] = hit[l] > 0 ? sigmoid(z[c * NET_LANES + l]) : 1;
+    }
+}

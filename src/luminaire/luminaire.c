@@ -1,0 +1,134 @@
+// The finished luminaire: putting it together and the four hot calls.
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "luminaire/luminaire_private.h"
+
+enum status luminaire_set_metadata(struct luminaire *luminaire, const char *const *keys, const char *const *values,
+                                   size_t count, struct error *error) {
+    luminaire->keys = calloc(count + 1, sizeof(char *));
+    luminaire->values = calloc(count + 1, sizeof(char *));
+    if (!luminaire->keys || !luminaire->values) return error_set(error, STATUS_MEMORY, "out of memory for metadata");
+    luminaire->metadata_count = count;
+    for (size_t i = 0; i < count; i++) {
+        luminaire->keys[i] = strdup(keys[i]);
+        luminaire->values[i] = strdup(values[i]);
+        if (!luminaire->keys[i] || !luminaire->values[i])
+            return error_set(error, STATUS_MEMORY, "out of memory for metadata");
+    }
+    return STATUS_OK;
+}
+
+enum status luminaire_assemble(struct luminaire **luminaire, const struct proxy *proxy, struct light_field *field,
+                               struct transparency *transparency, struct sampling_density *density, const float flux[3],
+                               const char *const *keys, const char *const *values, size_t metadata_count,
+                               struct error *error) {
+    struct luminaire *l = *luminaire = calloc(1, sizeof *l);
+    if (!l) {
+        light_field_destroy(field);
+        transparency_destroy(transparency);
+        sampling_density_destroy(density);
+        return error_set(error, STATUS_MEMORY, "out of memory for a luminaire");
+    }
+    l->light = field;
+    l->transparency = transparency;
+    l->density = density;
+    for (int c = 0; c < 3; c++) l->flux[c] = flux[c];
+    enum status status = proxy_shape_init(&l->shape, proxy, error);
+    if (!status && !density) status = sampling_density_build(&l->density, proxy, NULL, 0, NULL, 0, 0, 1, error);
+    if (!status) status = luminaire_set_metadata(l, keys, values, metadata_count, error);
+    if (!status) status = field_net_finish(&field->net, error);
+    if (!status && transparency) status = field_net_finish(&transparency->net, error);
+    if (status) {
+        luminaire_destroy(l);
+        *luminaire = NULL;
+        return status;
+    }
+    l->bytes = luminaire_measure(l);
+    return STATUS_OK;
+}
+
+void luminaire_destroy(struct luminaire *luminaire) {
+    if (!luminaire) return;
+    proxy_shape_fini(&luminaire->shape);
+    light_field_destroy(luminaire->light);
+    transparency_destroy(luminaire->transparency);
+    sampling_density_destroy(luminaire->density);
+    for (size_t i = 0; i < luminaire->metadata_count; i++) {
+        free(luminaire->keys[i]);
+        free(luminaire->values[i]);
+    }
+    free(luminaire->keys);
+    free(luminaire->values);
+    free(luminaire);
+}
+
+void luminaire_bounds(const struct luminaire *luminaire, float center[3], float *radius) {
+    memcpy(center, luminaire->shape.proxy.center, sizeof luminaire->shape.proxy.center);
+    *radius = luminaire->shape.proxy.radius;
+}
+
+int luminaire_span(const struct luminaire *luminaire, const float origin[3], const float direction[3], float *t_near,
+                   float *t_far) {
+    return proxy_shape_span(&luminaire->shape, origin, direction, t_near, t_far);
+}
+
+// The fields know the bounding sphere; what misses the proxy itself is set to `value`.
+static void mask_misses(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
+                        float value, float (*result)[3]) {
+    if (luminaire->shape.proxy.kind == PROXY_SPHERE) return;
+    float t_near, t_far;
+    for (size_t i = 0; i < n; i++)
+        if (!proxy_shape_span(&luminaire->shape, point[i], w[i], &t_near, &t_far))
+            for (int c = 0; c < 3; c++) result[i][c] = value;
+}
+
+void luminaire_eval(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
+                    float (*radiance)[3]) {
+    light_field_eval(luminaire->light, n, point, w, radiance);
+    mask_misses(luminaire, n, point, w, 0, radiance);
+}
+
+void luminaire_transmittance(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
+                             float (*transmittance)[3]) {
+    if (luminaire->transparency) {
+        transparency_eval(luminaire->transparency, n, point, w, transmittance);
+        mask_misses(luminaire, n, point, w, 1, transmittance);
+        return;
+    }
+    float t_near, t_far;
+    for (size_t i = 0; i < n; i++) {
+        float value = proxy_shape_span(&luminaire->shape, point[i], w[i], &t_near, &t_far) ? 0 : 1;
+        for (int c = 0; c < 3; c++) transmittance[i][c] = value;
+    }
+}
+
+void luminaire_sample(const struct luminaire *luminaire, size_t n, const float (*s)[3], const float (*u)[3],
+                      float (*direction)[3], float *pdf_sa) {
+    for (size_t i = 0; i < n; i++) {
+        vec3 d;
+        sampling_sample(luminaire->density, vec3_make(s[i][0], s[i][1], s[i][2]), vec3_make(u[i][0], u[i][1], u[i][2]),
+                        &d, &pdf_sa[i]);
+        direction[i][0] = d.x, direction[i][1] = d.y, direction[i][2] = d.z;
+    }
+}
+
+void luminaire_pdf(const struct luminaire *luminaire, size_t n, const float (*s)[3], const float (*direction)[3],
+                   float *pdf_sa) {
+    for (size_t i = 0; i < n; i++)
+        pdf_sa[i] = sampling_pdf(luminaire->density, vec3_make(s[i][0], s[i][1], s[i][2]),
+                                 vec3_make(direction[i][0], direction[i][1], direction[i][2]));
+}
+
+void luminaire_flux(const struct luminaire *luminaire, float flux[3]) {
+    memcpy(flux, luminaire->flux, sizeof luminaire->flux);
+}
+
+const char *luminaire_metadata(const struct luminaire *luminaire, const char *key) {
+    for (size_t i = 0; i < luminaire->metadata_count; i++)
+        if (strcmp(luminaire->keys[i], key) == 0) return luminaire->values[i];
+    return NULL;
+}
+
+size_t luminaire_bytes(const struct luminaire *luminaire) { return luminaire->bytes; }

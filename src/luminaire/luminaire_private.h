@@ -1,0 +1,22 @@
+// The finished luminaire, shared by luminaire.c and luminaire_file.c.
+#pragma once
+
+#include "luminaire/light_field.h"
+#include "luminaire/proxy.h"
+#include "luminaire/sampling.h"
+
+struct luminaire {
+    struct proxy_shape shape;
+    struct light_field *light;
+    struct transparency *transparency; // NULL: T = 0
+    struct sampling_density *density;
+    float flux[3];
+    char **keys, **values;
+    size_t metadata_count;
+    size_t bytes; // of the file
+};
+
+enum status luminaire_set_metadata(struct luminaire *luminaire, const char *const *keys, const char *const *values,
+                                   size_t count, struct error *error);
+size_t
+luminaire_measure(const struct luminaire *luminaire); // size of the file that luminaire_save would write, in tensors
