@@ -160,8 +160,8 @@ static bool is_hidden(const struct scene *scene, const struct lamp_view *view, c
     if (i == view->ignore) return true;
     const struct luminaire_instance *instance = &scene->luminaires[i];
     if (instance->appearance != APPEARANCE_GEOMETRY || view->look || view->live == i) return false;
-    return instance->keep == KEEP_NONE ||
-           (instance->keep == KEEP_OPAQUE && (surface_bsdf_flags(surface) & (BSDF_TRANSMISSION | BSDF_NULL)));
+    bool clear = surface->shape->emitter || (surface->shape->bsdf->flags & BSDF_TRANSMISSION);
+    return instance->keep == KEEP_NONE || (instance->keep == KEEP_OPAQUE && clear);
 }
 
 bool lamp_view_intersect(const struct scene *scene, bool hidden, const struct lamp_view *view, const struct ray *ray,

@@ -41,8 +41,8 @@ vec3 luminaire_local_direction(const struct luminaire_instance *instance, vec3 w
 vec3 luminaire_world_direction(const struct luminaire_instance *instance, vec3 w);
 
 // --- Which kept geometry a ray sees. ---
-// Geometry of a lamp with appearance=geometry that is not kept for the room (keep none; the transparent part at keep
-// opaque) is there for rays that look at the lamp and for paths live in it only.
+// Geometry of a lamp with appearance=geometry that is not kept for the room (keep none; at keep opaque what emits
+// or transmits) is there for rays that look at the lamp and for paths live in it only.
 struct lamp_view {
     bool look; // a camera ray, or one after delta scattering only
     int live; // luminaire whose own geometry the path is in with its emitters on, or -1
