@@ -6,8 +6,8 @@
 // The frame about normal n (local, n.z > 0), with s next to the local x axis.
 struct frame perturbed_frame(vec3 n);
 
-// The child's functions in `frame`. Light that would change sides between the two frames is absorbed, so the result
-// stays reciprocal. (Mitsuba 3.9 does the same with flip_invalid_normals and use_shadowing_function off.)
+// The child's functions in `frame`; its cosine is the tilted one, as usual for shading normals. Light that would change
+// sides between the two frames is absorbed. (Mitsuba 3.9: flip_invalid_normals and use_shadowing_function off.)
 rgb perturbed_eval(const struct bsdf *child, const struct frame *frame, const struct bsdf_point *point, vec3 wi,
                    vec3 wo, enum transport transport);
 float perturbed_pdf(const struct bsdf *child, const struct frame *frame, const struct bsdf_point *point, vec3 wi,

@@ -20,19 +20,23 @@ struct roughplastic {
     float transmittance[TABLE_SIZE]; // from outside, over cosines 0..1
 };
 
-// Share of light reflected by the coat from a direction: the mean of the samples' weights over a stratified square.
-static float coat_reflectance(const struct microfacet *d, float cos_i, float eta) {
+// Shares of light that the coat reflects and passes from a direction (eta: far over near side): the mean weights of
+// visible normals over a stratified square. What is masked is in neither.
+static void coat_integrate(const struct microfacet *d, float cos_i, float eta, double *reflected, double *passed) {
     enum { side = 32 };
     vec3 wi = {sqrtf(1 - cos_i * cos_i), 0, cos_i};
-    double sum = 0;
+    *reflected = *passed = 0;
     for (int i = 0; i < side * side; ++i) {
         vec2 u = {((float)(i % side) + 0.5f) / side, ((float)(i / side) + 0.5f) / side};
         vec3 m = microfacet_sample(d, wi, u);
-        float cos_m = clampf(vec3_dot(wi, m), 0, 1), cos_t;
-        vec3 wo = vec3_mad(m, 2 * cos_m, vec3_neg(wi));
-        if (wo.z > 0) sum += (double)(fresnel_dielectric(cos_m, eta, &cos_t) * microfacet_g1(d, wo));
+        float cos_m = clampf(vec3_dot(wi, m), 0, 1), cos_t, fresnel = fresnel_dielectric(cos_m, eta, &cos_t);
+        vec3 up = vec3_mad(m, 2 * cos_m, vec3_neg(wi));
+        vec3 down = vec3_mad(m, cos_m / eta - cos_t, vec3_scale(wi, -1 / eta));
+        if (up.z > 0) *reflected += (double)(fresnel * microfacet_g1(d, up));
+        if (down.z < 0) *passed += (double)((1 - fresnel) * microfacet_g1(d, (vec3){down.x, down.y, -down.z}));
     }
-    return (float)(sum / (side * side));
+    *reflected /= side * side;
+    *passed /= side * side;
 }
 
 static enum status roughplastic_commit(struct bsdf *bsdf, struct commit_context *context, struct error *error) {
@@ -43,8 +47,11 @@ static enum status roughplastic_commit(struct bsdf *bsdf, struct commit_context 
     double inside = 0;
     for (int i = 0; i < TABLE_SIZE; ++i) {
         float cos_i = fmaxf((float)i / (TABLE_SIZE - 1), 1e-6f);
-        p->transmittance[i] = 1 - coat_reflectance(&d, cos_i, p->eta);
-        inside += (double)(2 * cos_i * coat_reflectance(&d, cos_i, 1 / p->eta));
+        double reflected, passed, ignored;
+        coat_integrate(&d, cos_i, p->eta, &ignored, &passed);
+        coat_integrate(&d, cos_i, 1 / p->eta, &reflected, &ignored);
+        p->transmittance[i] = (float)passed;
+        inside += 2 * (double)cos_i * reflected;
     }
     p->internal = (float)(inside / TABLE_SIZE);
     float diffuse = rgb_mean(p->diffuse_reflectance->value), specular = rgb_mean(p->specular_reflectance->value);
