@@ -23,6 +23,11 @@ struct luminaire_instance { // a baked lamp placed in the scene
     struct place place;
 };
 
+struct lamp_description { // of a lamp whose XML is part of the scene as geometry
+    struct lamp_description *next;
+    struct description description;
+};
+
 struct scene {
     struct shape **shapes;
     size_t shape_count;
@@ -41,6 +46,7 @@ struct scene {
     struct embree_scene *embree;
     struct arena arena;
     struct description description;
+    struct lamp_description *lamps; // freed by scene_fini
 };
 
 struct scene_options {

@@ -1,0 +1,140 @@
+// <shape type="luminaire">: a lamp in a scene, either as the geometry of its XML or as its baked file, with as much of
+// the geometry beside it as `keep` and `appearance` ask for.
+#include <limits.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "base/file.h"
+#include "scene/load_private.h"
+
+struct luminaire_shape {
+    const char *filename, *geometry;
+    int keep, appearance;
+    rgb dim;
+    struct transform to_world;
+};
+
+const struct param luminaire_params[] = {
+    {"filename", PARAM_STRING, offsetof(struct luminaire_shape, filename), NULL,
+     .help = "the lamp's scene (.xml): its geometry; or its baked file (.safetensors)"},
+    {"to_world", PARAM_TRANSFORM, offsetof(struct luminaire_shape, to_world), "",
+     .help = "places the lamp; of a baked one only rotation, uniform scale and translation"},
+    {"keep", PARAM_CHOICE, offsetof(struct luminaire_shape, keep), "none", .choices = "none|opaque|all",
+     .help = "geometry that stays beside the baked light field"},
+    {"appearance", PARAM_CHOICE, offsetof(struct luminaire_shape, appearance), "neural", .choices = "neural|geometry",
+     .help = "what the camera sees: the light field, or the lamp's geometry"},
+    {"dim", PARAM_RGB, offsetof(struct luminaire_shape, dim), "1", 0, 1e9, "1", .help = "multiplies the lamp's light"},
+    {"geometry", PARAM_STRING, offsetof(struct luminaire_shape, geometry), "",
+     .help = "the baked lamp's scene (.xml), for keep and appearance; default: where it was baked from"},
+    PARAM_END,
+};
+
+static bool has_extension(const char *path, const char *extension) {
+    size_t n = strlen(path), m = strlen(extension);
+    return n > m && param_name_equal(path + n - m, extension);
+}
+
+// Reads a lamp's XML and adds its shapes under `placement`.
+static enum status expand(struct loader *loader, const struct object *object, const char *path,
+                          struct placement placement) {
+    if (placement.depth > LAMP_MAX_DEPTH)
+        return error_at(loader->error, object->place,
+                        "lamps stand within each other more than %d deep: does '%s' hold itself?", (int)LAMP_MAX_DEPTH,
+                        path);
+    struct lamp_description *lamp = load_alloc(loader, sizeof *lamp);
+    if (!lamp) return STATUS_MEMORY;
+    enum status status = description_load(&lamp->description, path, NULL, 0, loader->run, loader->error);
+    if (status) return status;
+    lamp->next = loader->scene->lamps;
+    loader->scene->lamps = lamp;
+    struct placement outer = loader->placement;
+    loader->placement = placement;
+    status = load_children(loader, lamp->description.root);
+    loader->placement = outer;
+    return status;
+}
+
+static enum status baked_file(struct loader *loader, const char *path, const struct luminaire **luminaire) {
+    for (const struct luminaire_file *file = loader->luminaire_files; file; file = file->next) {
+        if (strcmp(file->path, path)) continue;
+        *luminaire = file->luminaire;
+        return STATUS_OK;
+    }
+    struct luminaire_file *file = load_alloc(loader, sizeof *file);
+    char *copy = arena_strdup(&loader->scene->arena, path);
+    if (!file || !copy) return load_out_of_memory(loader);
+    struct luminaire *loaded;
+    enum status status = luminaire_load(&loaded, path, loader->error);
+    if (status) return status;
+    *file = (struct luminaire_file){loader->luminaire_files, copy, loaded};
+    loader->luminaire_files = file;
+    *luminaire = loaded;
+    return STATUS_OK;
+}
+
+static enum status load_baked(struct loader *loader, const struct object *object, const struct luminaire_shape *shape,
+                              const char *path, struct placement placement) {
+    struct scene *scene = loader->scene;
+    float scale = transform_uniform_scale(&placement.to_world);
+    if (!(scale > 0) || transform_flips_handedness(&placement.to_world))
+        return error_at(
+            loader->error, object->place,
+            "to_world of a baked lamp may only rotate, scale evenly and translate; bake a lamp of the other form");
+    // A plain array that grows by one: there are few lamps, and the last copy is the scene's.
+    size_t count = scene->luminaire_count;
+    struct luminaire_instance *instances = arena_alloc(&scene->arena, count + 1, sizeof *instances);
+    if (!instances) return load_out_of_memory(loader);
+    if (count) memcpy(instances, scene->luminaires, count * sizeof *instances);
+    const struct luminaire *luminaire = NULL;
+    enum status status = baked_file(loader, path, &luminaire);
+    if (status) return status;
+    instances[count] = (struct luminaire_instance){
+        luminaire,     placement.to_world, scale, (enum keep_geometry)shape->keep, (enum appearance)shape->appearance,
+        placement.dim, object->place};
+    scene->luminaires = instances;
+    scene->luminaire_count = count + 1;
+    if (shape->keep == KEEP_NONE && shape->appearance == APPEARANCE_NEURAL) return STATUS_OK;
+
+    const char *source = luminaire_metadata(luminaire, "source");
+    char geometry[PATH_MAX];
+    if (shape->geometry)
+        path_resolve(geometry, sizeof geometry, object->place.file, shape->geometry);
+    else if (source)
+        path_resolve(geometry, sizeof geometry, path, source);
+    else
+        return error_at(loader->error, object->place,
+                        "'%s' does not say where it was baked from; "
+                        "name the lamp's XML by <string name=\"geometry\" value=\"...\"/>",
+                        path);
+    placement.luminaire = (int)count;
+    placement.opaque_only = shape->keep != KEEP_ALL && shape->appearance == APPEARANCE_NEURAL;
+    return expand(loader, object, geometry, placement);
+}
+
+enum status load_luminaire(struct loader *loader, struct object *object) {
+    static const char *const tags[] = {NULL};
+    const struct param *const table = luminaire_params;
+    struct luminaire_shape shape = {0};
+    struct commit_context context = load_context(loader, object);
+    enum status status = load_check_children(loader, object, tags);
+    if (!status) status = params_read(&shape, luminaire_params, NULL, object, &context, NULL, loader->error);
+    if (!status) status = params_check_used(object, &table, 1, loader->error);
+    if (status) return status;
+    struct placement placement = loader->placement;
+    placement.to_world = transform_multiply(&placement.to_world, &shape.to_world);
+    placement.dim = rgb_mul(placement.dim, shape.dim);
+    placement.depth++;
+    char path[PATH_MAX];
+    path_resolve(path, sizeof path, object->place.file, shape.filename);
+    if (has_extension(path, ".xml")) return expand(loader, object, path, placement);
+    if (!has_extension(path, ".safetensors"))
+        return error_at(loader->error, object->place,
+                        "filename '%s' is neither a lamp's scene (.xml) nor a baked lamp (.safetensors)",
+                        shape.filename);
+    if (loader->placement.luminaire >= 0) { // its light is in the outer lamp's field
+        run_note(loader->run, "%s:%d:%d: a baked lamp inside kept geometry is left aside", object->place.file,
+                 object->place.line, object->place.column);
+        return STATUS_OK;
+    }
+    return load_baked(loader, object, &shape, path, placement);
+}
