@@ -1,4 +1,4 @@
-// Triangle meshes from files: OBJ and PLY (through Assimp), Mitsuba's serialized (v3/v4, zlib). Plain arrays.
+// Triangle meshes from files: OBJ (through Assimp), PLY, Mitsuba's serialized (v3/v4, zlib). Plain arrays.
 #pragma once
 
 #include <stdint.h>
@@ -8,9 +8,9 @@
 #include "math/vec.h"
 
 struct mesh {
-    vec3 *positions;  // vertex_count
-    vec3 *normals;    // vertex_count, unit, or NULL
-    vec2 *uvs;        // vertex_count, or NULL
+    vec3 *positions; // vertex_count
+    vec3 *normals; // vertex_count, unit, or NULL
+    vec2 *uvs; // vertex_count, or NULL
     uint32_t *indices; // 3 * triangle_count
     size_t vertex_count, triangle_count;
     bool face_normals; // the file (serialized) asks for faceted shading
@@ -22,9 +22,13 @@ struct mesh {
 // mesh_compute_normals. Texture coordinates are as Mitsuba delivers them: v of an OBJ file is flipped, others are not.
 enum status mesh_load_obj(struct mesh *mesh, struct arena *arena, const char *path, struct error *error);
 enum status mesh_load_ply(struct mesh *mesh, struct arena *arena, const char *path, struct error *error);
-enum status mesh_load_serialized(struct mesh *mesh, struct arena *arena, const char *path, int shape_index, struct error *error);
+enum status mesh_load_serialized(struct mesh *mesh, struct arena *arena, const char *path, int shape_index,
+                                 struct error *error);
 enum status mesh_parse_serialized(struct mesh *mesh, struct arena *arena, const char *name, const uint8_t *bytes,
                                   size_t length, int shape_index, struct error *error); // for the fuzzer
+// For the fuzzer; a zero byte must follow the length bytes, as file_read has it.
+enum status mesh_parse_ply(struct mesh *mesh, struct arena *arena, const char *name, const uint8_t *bytes,
+                           size_t length, struct error *error);
 
 // Replaces mesh->normals by angle-weighted averages of the face normals.
 enum status mesh_compute_normals(struct mesh *mesh, struct arena *arena, struct error *error);

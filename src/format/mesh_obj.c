@@ -1,12 +1,13 @@
-// OBJ and PLY through Assimp, the only file that knows it. All meshes of a file are joined in order; polygons are cut
-// into triangles; points and lines are dropped; materials are ignored (the scene file has its own).
+// OBJ through Assimp, the only file that knows it. All meshes of a file are joined in order; polygons are cut into
+// triangles; points and lines are dropped; materials are ignored (the scene file has its own). Normals and texture
+// coordinates are kept where every mesh of the file has them.
 //
-// Checked against Mitsuba 3.9: it gives both kinds smooth, angle-weighted normals where the file has none (unless
-// face_normals is set), and flips v of OBJ files (flip_tex_coords defaults to true) but not of PLY files.
+// Checked against Mitsuba 3.9: it gives smooth, angle-weighted normals where the file has none (unless face_normals is
+// set), and flips v (flip_tex_coords defaults to true).
 //
-// Assimp gives every corner of an OBJ face its own vertex. Corners with the same values are joined here, exactly, in
-// the order of their first use. Deviation: Mitsuba joins by the file's indices, so where a file without normals repeats
-// a position it has a crease, and ours is smooth.
+// Assimp gives every corner of a face its own vertex. Corners with the same values are joined here, exactly, in the
+// order of their first use. Deviation: Mitsuba joins by the file's indices, so where a file without normals repeats a
+// position it has a crease, and ours is smooth.
 #include "format/mesh.h"
 
 #include <assimp/cimport.h>
@@ -46,8 +47,8 @@ static bool every_part_has(const struct aiScene *scene, bool normals) {
 
 static vec3 vec3_from_assimp(struct aiVector3D v) { return (vec3){v.x, v.y, v.z}; }
 
-static enum status copy_scene(struct mesh *mesh, struct arena *arena, const struct aiScene *scene, bool flip_v,
-                              const char *path, struct error *error) {
+static enum status copy_scene(struct mesh *mesh, struct arena *arena, const struct aiScene *scene, const char *path,
+                              struct error *error) {
     enum status status = count_elements(mesh, scene, path, error);
     if (status != STATUS_OK) return status;
     bool has_normals = every_part_has(scene, true), has_uvs = every_part_has(scene, false);
@@ -70,7 +71,7 @@ static enum status copy_scene(struct mesh *mesh, struct arena *arena, const stru
             if (has_normals) mesh->normals[vertex] = vec3_from_assimp(part->mNormals[v]);
             if (!has_uvs) continue;
             struct aiVector3D uv = part->mTextureCoords[0][v];
-            mesh->uvs[vertex] = (vec2){uv.x, flip_v ? 1 - uv.y : uv.y};
+            mesh->uvs[vertex] = (vec2){uv.x, 1 - uv.y};
         }
     }
     return STATUS_OK;
@@ -116,21 +117,18 @@ static enum status vertices_join(struct mesh *mesh, const char *path, struct err
     return status;
 }
 
-static enum status mesh_load(struct mesh *mesh, struct arena *arena, const char *path, const char *kind,
-                             const uint8_t *bytes, size_t length, struct error *error) {
+static enum status parse_obj(struct mesh *mesh, struct arena *arena, const char *path, const uint8_t *bytes,
+                             size_t length, struct error *error) {
     *mesh = (struct mesh){0};
     if (length == 0 || length > UINT_MAX) {
         return error_set(error, STATUS_INVALID, "%s: %s", path, length ? "larger than 4 GiB" : "the file is empty");
     }
     const struct aiScene *scene =
-        aiImportFileFromMemory((const char *)bytes, (unsigned)length, aiProcess_Triangulate, kind);
-    if (!scene) {
-        return error_set(error, STATUS_INVALID, "%s: cannot be read as %s: %s", path, kind, aiGetErrorString());
-    }
-    bool obj = strcmp(kind, "obj") == 0;
-    enum status status = copy_scene(mesh, arena, scene, obj, path, error);
+        aiImportFileFromMemory((const char *)bytes, (unsigned)length, aiProcess_Triangulate, "obj");
+    if (!scene) return error_set(error, STATUS_INVALID, "%s: cannot be read as OBJ: %s", path, aiGetErrorString());
+    enum status status = copy_scene(mesh, arena, scene, path, error);
     aiReleaseImport(scene);
-    if (status == STATUS_OK && obj) status = vertices_join(mesh, path, error);
+    if (status == STATUS_OK) status = vertices_join(mesh, path, error);
     return status == STATUS_OK ? mesh_finish(mesh, arena, path, error) : status;
 }
 
@@ -138,16 +136,7 @@ enum status mesh_load_obj(struct mesh *mesh, struct arena *arena, const char *pa
     uint8_t *bytes;
     size_t length;
     enum status status = file_read(path, &bytes, &length, error);
-    if (status == STATUS_OK) status = mesh_load(mesh, arena, path, "obj", bytes, length, error);
-    free(bytes);
-    return status;
-}
-
-enum status mesh_load_ply(struct mesh *mesh, struct arena *arena, const char *path, struct error *error) {
-    uint8_t *bytes;
-    size_t length;
-    enum status status = file_read(path, &bytes, &length, error);
-    if (status == STATUS_OK) status = mesh_load(mesh, arena, path, "ply", bytes, length, error);
+    if (status == STATUS_OK) status = parse_obj(mesh, arena, path, bytes, length, error);
     free(bytes);
     return status;
 }
