@@ -42,6 +42,7 @@ static rgb trace_camera(const struct bdpt *bdpt, vec2 film, vec2 lens, struct sa
     struct walk walk;
     struct vertex vertex;
     rgb sum = {0};
+    if (bdpt->max_depth < 1) return sum;
     camera_walk(&bdpt->camera, bdpt->scene, film, lens, &walk);
     for (;;) {
         enum walk_event event = walk_advance(&walk, sampler, &vertex);

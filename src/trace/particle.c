@@ -47,6 +47,7 @@ static rgb particle_trace(void *user, int x, int y, uint64_t pass, const struct 
                           struct splat_list *splats) {
     (void)worker;
     const struct particle_state *state = user;
+    if (state->max_depth < 1) return rgb_gray(0);
     struct sampler sampler = sampler_make(run->seed, film_pixel_stream(state->scene->sensor, x, y), pass);
     rgb seen = see_environment(state, x, y, &sampler);
     struct walk walk;
