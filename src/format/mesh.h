@@ -13,7 +13,6 @@ struct mesh {
     vec2 *uvs; // vertex_count, or NULL
     uint32_t *indices; // 3 * triangle_count
     size_t vertex_count, triangle_count;
-    bool face_normals; // the file (serialized) asks for faceted shading
 };
 
 // All arrays are allocated in `arena`. Errors name the file: unreadable, truncated, no triangles, NaN or infinite

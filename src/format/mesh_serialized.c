@@ -3,6 +3,8 @@
 //               u32 flags, name (version 4: UTF-8, ends with 0), u64 vertices, u64 triangles,
 //               positions, [normals], [texture coordinates], [colours] as float or double, u32 indices
 //   dictionary: the offset of every shape (u32 in version 3, u64 in version 4), u32 number of shapes; ends the file
+// The flag 0x10, face normals, is ignored as Mitsuba 3.9 does (checked): the shape's own face_normals decides. Neither
+// flips the texture coordinates.
 // Sizes in the file are believed only as far as the decompressed bytes reach, so a small file cannot claim much memory.
 #include "format/mesh.h"
 
@@ -18,7 +20,6 @@ enum {
     HAS_NORMALS = 0x1,
     HAS_UVS = 0x2,
     HAS_COLORS = 0x8,
-    FACE_NORMALS = 0x10,
     DOUBLE_PRECISION = 0x2000,
 };
 
@@ -166,8 +167,6 @@ static enum status parse_shape(struct mesh *mesh, struct arena *arena, const cha
                          (unsigned long long)triangles);
     mesh->triangle_count = triangles;
     for (size_t i = 0; i < 3 * triangles; ++i) mesh->indices[i] = (uint32_t)little_endian(bytes + 4 * i, 4);
-    mesh->face_normals = flags & FACE_NORMALS;
-    if (mesh->face_normals) mesh->normals = NULL;
     return mesh_finish(mesh, arena, name, error);
 }
 

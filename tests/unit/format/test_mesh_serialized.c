@@ -102,9 +102,8 @@ static void test_versions_and_flags(void **state) {
             if (mesh.normals) assert_float_equal(mesh.normals[v].z, -1, 0);
             if (mesh.uvs) assert_float_equal(mesh.uvs[v].y, 0.125f + 0.25f * (float)v, 0);
         }
-        assert_int_equal(mesh.normals != NULL, (flag & 1) && !(flag & 0x10));
+        assert_int_equal(mesh.normals != NULL, (flag & 1) != 0);
         assert_int_equal(mesh.uvs != NULL, (flag & 2) != 0);
-        assert_int_equal(mesh.face_normals, (flag & 0x10) != 0);
         assert_int_equal(parse(&mesh, &file, 0), STATUS_OK);
         assert_float_equal(mesh.positions[0].z, 5, 0);
         assert_int_equal(parse(&mesh, &file, 2), STATUS_INVALID);
