@@ -36,7 +36,7 @@ enum status light_field_create(struct light_field **field, const struct light_fi
         for (size_t i = 0; i < options->shell_count; i++) encoding->shells[i] = options->shell_radii[i];
         encoding->use_grid4 = options->use_grid4;
         encoding->log2_entries = options->log2_entries;
-        struct trainer_rates rates = {.table = 1e-2f, .mlp = 3e-3f, .end = 1.0f / 30, .steps = options->steps};
+        struct trainer_rates rates = {.table = 1e-2f, .mlp = 3e-3f, .end = 1.0f / 100, .steps = options->steps};
         f->radiance_unit = options->radiance_unit;
         for (int c = 0; c < 3; c++) f->scale[c] = 1;
         status = field_net_create(&f->net, options->proxy.center, options->proxy.radius, encoding, &rates,
@@ -141,7 +141,7 @@ enum status transparency_create(struct transparency **t, const struct proxy *pro
         encoding->shell_count = 2;
         encoding->use_grid4 = true;
         encoding->log2_entries = 14;
-        struct trainer_rates rates = {.table = 1e-2f, .mlp = 3e-3f, .end = 1.0f / 30, .steps = steps};
+        struct trainer_rates rates = {.table = 1e-2f, .mlp = 3e-3f, .end = 1.0f / 100, .steps = steps};
         status = field_net_create(&made->net, proxy->center, proxy->radius, encoding, &rates, seed, error);
     }
     free(encoding);

@@ -17,7 +17,7 @@ enum {
     CHUNK_BLOCKS = CHUNK / NET_LANES,
     CHUNK_SLICES = CHUNK / SLICE
 };
-static const float beta1 = 0.9f, beta2 = 0.99f, epsilon = 1e-15f;
+static const float beta1 = 0.9f, beta2 = 0.999f, epsilon = 1e-15f;
 
 struct trainer_scratch {
     int32_t *index; // [block][corner][lane]
@@ -184,8 +184,9 @@ static void scatter_level(void *user, size_t level, int worker) {
         if (step->trainer->layout.lookups[j].level == (int)level) scatter_lookup(step, j);
 }
 
-// Without bias correction: with beta1 = 0.9 and beta2 = 0.99 the first step has the learning rate's length, and no
-// step more than 2.1 times that.
+// Without bias correction: an entry's first steps are up to 6.5 times the learning rate long, which is when they are
+// wanted. A long second moment matters: where rare bright samples raise it themselves, they are damped and the light
+// field loses flux (0.99 loses 3.6 % on a lamp of small bulbs learned from particles, 0.999 2.9 %).
 static void update_entry(float *value, float *moments, float *gradient, float rate) {
     for (int f = 0; f < 2; f++) {
         float g = gradient[f], m = beta1 * moments[f] + (1 - beta1) * g;
