@@ -88,10 +88,9 @@ enum status shape_finish_mesh(struct shape *shape, struct commit_context *contex
     if (mesh->triangle_count > UINT32_MAX / 3 || mesh->vertex_count > UINT32_MAX - 2)
         return error_at(error, context->object->place,
                         "this %s has more triangles than 32-bit indices can serve; split it", shape->type->name);
-    bool facetted = shape->face_normals || mesh->face_normals;
-    if (facetted) mesh->normals = NULL;
+    if (shape->face_normals) mesh->normals = NULL;
     if (!mesh_transform(mesh, &shape->to_world, context->arena)) return out_of_memory(context, error);
-    if (!mesh->normals && !facetted) {
+    if (!mesh->normals && !shape->face_normals) {
         enum status status = mesh_compute_normals(mesh, context->arena, error);
         if (status != STATUS_OK) return status;
     }
