@@ -26,7 +26,7 @@ static inline float microfacet_d(const struct microfacet *d, vec3 m) {
     float x = m.x / d->alpha_u, y = m.y / d->alpha_v, z2 = m.z * m.z, r2 = x * x + y * y;
     float scale = INV_PI_F / (d->alpha_u * d->alpha_v);
     if (d->kind == MICROFACET_GGX) return scale / sqrf(r2 + z2);
-    return scale * expf(-r2 / z2) / (z2 * z2);
+    return z2 > 1e-8f ? scale * expf(-r2 / z2) / (z2 * z2) : 0.0f;
 }
 
 float microfacet_beckmann_g1(float a); // a = 1 / (alpha tan(theta)) of the direction
