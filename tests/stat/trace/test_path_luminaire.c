@@ -1,0 +1,316 @@
+// How baked lamps compose with a room. This program has its own luminaire, whose light field is known in closed form,
+// in place of the baked one: a black sphere that glows, over a diffuse plate. So every way of composing it has to give
+// the same image as the lamp's geometry itself, path traced with its emitter on (Le on the sphere; on the plate
+// rho / pi E with E = pi Le (r / d)^2 cos of a sphere wholly above the horizon; nothing gets through either).
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+#include <cmocka.h>
+
+#include "math/warp.h"
+#include "trace/path.h"
+
+// --- The luminaire: proxy = unit sphere. ---
+
+struct luminaire {
+    float albedo; // of the plate
+};
+
+static const float sphere_z = 0.35f, sphere_radius = 0.25f, plate_z = -0.3f, plate_half = 0.6f;
+static const rgb sphere_radiance = {30, 20, 10};
+static struct luminaire the_luminaire;
+
+enum status luminaire_load(struct luminaire **luminaire, const char *path, struct error *error) {
+    (void)path, (void)error;
+    *luminaire = &the_luminaire;
+    return STATUS_OK;
+}
+void luminaire_destroy(struct luminaire *luminaire) { (void)luminaire; }
+const char *luminaire_metadata(const struct luminaire *luminaire, const char *key) {
+    (void)luminaire, (void)key;
+    return NULL;
+}
+size_t luminaire_bytes(const struct luminaire *luminaire) {
+    (void)luminaire;
+    return 0;
+}
+void luminaire_bounds(const struct luminaire *luminaire, float center[3], float *radius) {
+    (void)luminaire;
+    center[0] = center[1] = center[2] = 0;
+    *radius = 1;
+}
+void luminaire_flux(const struct luminaire *luminaire, float flux[3]) {
+    (void)luminaire;
+    float area = 4 * PI_F * sphere_radius * sphere_radius;
+    flux[0] = PI_F * area * sphere_radiance.r;
+    flux[1] = PI_F * area * sphere_radiance.g;
+    flux[2] = PI_F * area * sphere_radiance.b;
+}
+
+static vec3 vec3_from(const float v[3]) { return (vec3){v[0], v[1], v[2]}; }
+
+static bool span(vec3 origin, vec3 direction, vec3 center, float radius, float *t_near, float *t_far) {
+    vec3 p = vec3_sub(origin, center);
+    double b = vec3_dot(p, direction), c = vec3_dot(p, p) - radius * radius, discriminant = b * b - c;
+    if (discriminant <= 0) return false;
+    *t_near = (float)(-b - sqrt(discriminant));
+    *t_far = (float)(-b + sqrt(discriminant));
+    return true;
+}
+
+int luminaire_span(const struct luminaire *luminaire, const float origin[3], const float direction[3], float *t_near,
+                   float *t_far) {
+    (void)luminaire;
+    return span(vec3_from(origin), vec3_from(direction), (vec3){0, 0, 0}, 1, t_near, t_far);
+}
+
+// First surface on the line, seen from outside against w: 0 none, 1 sphere, 2 plate from above, 3 plate from below.
+static int first_hit(const float point[3], const float w[3], vec3 *p) {
+    vec3 direction = vec3_neg(vec3_from(w));
+    float t_near, t_far, t_plate = INFINITY, t_sphere = INFINITY;
+    if (span(vec3_from(point), direction, (vec3){0, 0, sphere_z}, sphere_radius, &t_near, &t_far)) t_sphere = t_near;
+    if (direction.z != 0) {
+        t_plate = (plate_z - point[2]) / direction.z;
+        vec3 at = vec3_mad(direction, t_plate, vec3_from(point));
+        if (fabsf(at.x) > plate_half || fabsf(at.y) > plate_half) t_plate = INFINITY;
+    }
+    if (isinf(t_plate) && isinf(t_sphere)) return 0;
+    *p = vec3_mad(direction, fminf(t_plate, t_sphere), vec3_from(point));
+    return t_sphere < t_plate ? 1 : direction.z < 0 ? 2 : 3;
+}
+
+void luminaire_eval(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
+                    float (*radiance)[3]) {
+    for (size_t i = 0; i < n; i++) {
+        vec3 p;
+        int hit = first_hit(point[i], w[i], &p);
+        float scale = hit == 1;
+        if (hit == 2) {
+            float height = sphere_z - plate_z, d2 = p.x * p.x + p.y * p.y + height * height;
+            scale = luminaire->albedo * sphere_radius * sphere_radius / d2 * height / sqrtf(d2);
+        }
+        radiance[i][0] = scale * sphere_radiance.r;
+        radiance[i][1] = scale * sphere_radiance.g;
+        radiance[i][2] = scale * sphere_radiance.b;
+    }
+}
+
+void luminaire_transmittance(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
+                             float (*transmittance)[3]) {
+    (void)luminaire;
+    for (size_t i = 0; i < n; i++) {
+        vec3 p;
+        transmittance[i][0] = transmittance[i][1] = transmittance[i][2] = first_hit(point[i], w[i], &p) ? 0 : 1;
+    }
+}
+
+static float cone_cos(vec3 s) { // of the proxy's cone; -1 inside
+    float d2 = vec3_dot(s, s);
+    return d2 <= 1.0001f ? -1 : sqrtf(1 - 1 / d2);
+}
+
+void luminaire_sample(const struct luminaire *luminaire, size_t n, const float (*s)[3], const float (*u)[3],
+                      float (*direction)[3], float *pdf_sa) {
+    (void)luminaire;
+    for (size_t i = 0; i < n; i++) {
+        float cos_max = cone_cos(vec3_from(s[i]));
+        struct frame frame = frame_from_normal(vec3_normalize(vec3_neg(vec3_from(s[i]))));
+        vec3 w = frame_world_from_local(&frame, warp_uniform_cone((vec2){u[i][0], u[i][1]}, cos_max));
+        direction[i][0] = w.x;
+        direction[i][1] = w.y;
+        direction[i][2] = w.z;
+        pdf_sa[i] = 1 / (2 * PI_F * (1 - cos_max));
+    }
+}
+
+void luminaire_pdf(const struct luminaire *luminaire, size_t n, const float (*s)[3], const float (*direction)[3],
+                   float *pdf_sa) {
+    (void)luminaire;
+    for (size_t i = 0; i < n; i++) {
+        vec3 p = vec3_from(s[i]);
+        float cos_max = cone_cos(p), cos_theta = vec3_dot(vec3_normalize(vec3_neg(p)), vec3_from(direction[i]));
+        pdf_sa[i] = cos_theta >= cos_max - 1e-6f ? 1 / (2 * PI_F * (1 - cos_max)) : 0;
+    }
+}
+
+// --- The room, with the lamp's geometry in it. ---
+
+enum { SIZE = 48, BLOCKS = 6 };
+
+#define DIFFUSE(value) "<bsdf type='diffuse'><rgb name='reflectance' value='" value "'/></bsdf>"
+
+static const char *const room =
+    "<scene version='3.0.0'><integrator type='path'><integer name='max_depth' value='6'/></integrator>"
+    "<sensor type='perspective'><float name='fov' value='50'/><transform name='to_world'>"
+    "<lookat origin='3,-4,3' target='0,0,1' up='0,0,1'/></transform><film type='hdrfilm'><integer name='width' "
+    "value='48'/>"
+    "<integer name='height' value='48'/><rfilter type='box'/></film></sensor>"
+    "<emitter type='constant'><rgb name='radiance' value='0.3 0.5 0.7'/></emitter>"
+    "<shape type='rectangle'><transform name='to_world'><scale x='4' y='4' z='1'/></transform>" DIFFUSE(
+        "0.6") "</shape>"
+               "<shape type='rectangle'><transform name='to_world'><scale x='4' y='4' z='1'/><rotate x='1' angle='90'/>"
+               "<translate y='2'/></transform><bsdf type='roughconductor'><float name='alpha' "
+               "value='0.2'/></bsdf></shape>"
+               "<shape type='sphere'><point name='center' x='-1' y='-0.5' z='3.2'/><float name='radius' "
+               "value='0.2'/>" DIFFUSE(
+                   "0") "<emitter type='area'><rgb name='radiance' value='8'/></emitter></shape>"
+                        // within the proxy but outside the lamp, all of which lies ahead of it on chords through the proxy
+                        "<shape type='sphere'><point name='center' x='0.8' y='-0.5' z='1.25'/><float name='radius' "
+                        "value='0.12'/>" DIFFUSE("0.8") "</shape>"
+                                                        "%s</scene>";
+
+static const char *const lamp =
+    "<scene version='3.0.0'><shape type='sphere'><transform name='to_world'><scale "
+    "value='0.25'/><translate z='0.35'/></transform>" DIFFUSE(
+        "0") "<emitter type='area'><rgb name='radiance' value='30 20 "
+             "10'/></emitter></shape>"
+             "<shape type='rectangle'><transform name='to_world'><scale "
+             "x='0.6' y='0.6' z='1'/><translate z='-0.3'/></transform><bsdf type='diffuse'><rgb name='reflectance' "
+             "value='%g'/></bsdf></shape></scene>";
+
+static const char *const placed_lamp = "<shape type='luminaire'><string name='filename' value='%s'/>%s<transform "
+                                       "name='to_world'><rotate x='1' angle='25'/>"
+                                       "<scale value='0.8'/><translate x='0.3' y='-0.2' z='1.5'/></transform></shape>";
+
+struct blocks {
+    double mean[BLOCKS * BLOCKS][3], variance[BLOCKS * BLOCKS][3], total[3];
+};
+
+struct composition {
+    bool baked;
+    const char *keep, *appearance;
+};
+
+static void write_file(const char *path, const char *format, ...) {
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    va_list arguments;
+    va_start(arguments, format);
+    vfprintf(file, format, arguments);
+    va_end(arguments);
+    fclose(file);
+}
+
+static void load(struct scene *scene, struct composition composition, float albedo, const struct run *run) {
+    char folder[] = "/tmp/sconce_test_lamp_XXXXXX", lamp_path[100], room_path[100], options[400] = "", lamp_text[1000];
+    assert_non_null(mkdtemp(folder));
+    snprintf(lamp_path, sizeof lamp_path, "%s/lamp.xml", folder);
+    snprintf(room_path, sizeof room_path, "%s/room.xml", folder);
+    write_file(lamp_path, lamp, albedo);
+    if (composition.baked)
+        snprintf(options, sizeof options,
+                 "<string name='keep' value='%s'/><string name='appearance' value='%s'/>"
+                 "<string name='geometry' value='lamp.xml'/>",
+                 composition.keep, composition.appearance);
+    snprintf(lamp_text, sizeof lamp_text, placed_lamp, composition.baked ? "baked.safetensors" : "lamp.xml", options);
+    write_file(room_path, room, lamp_text);
+    the_luminaire.albedo = albedo;
+    struct error error = {0};
+    enum status status = scene_load(scene, room_path, &(struct scene_options){.threads = 1}, run, &error);
+    unlink(lamp_path);
+    unlink(room_path);
+    rmdir(folder);
+    if (status != STATUS_OK) fail_msg("%s", error.text);
+    assert_int_equal(scene->luminaire_count, composition.baked);
+}
+
+static void render(struct composition composition, float albedo, enum path_strategy strategy, int passes,
+                   struct blocks *blocks) {
+    struct scene scene;
+    struct error error = {0};
+    struct run run = {.threads = 2, .seed = 11 + composition.baked};
+    load(&scene, composition, albedo, &run);
+    void *state;
+    struct film film;
+    struct image image;
+    assert_int_equal(film_init(&film, scene.sensor, &error), STATUS_OK);
+    assert_int_equal(path_create(&scene, &run, strategy, &state, &error), STATUS_OK);
+    for (int pass = 0; pass < passes; pass++) {
+        assert_int_equal(path_integrator.render_pass(state, &film, pass, &run, &error), STATUS_OK);
+        film_end_pass(&film, 1);
+    }
+    assert_int_equal(path_dropped(state), 0);
+    assert_int_equal(film_image(&film, &image, &error), STATUS_OK);
+    memset(blocks, 0, sizeof *blocks);
+    double share = BLOCKS * BLOCKS / (double)(SIZE * SIZE);
+    for (int y = 0; y < SIZE; y++) {
+        for (int x = 0; x < SIZE; x++) {
+            int block = y * BLOCKS / SIZE * BLOCKS + x * BLOCKS / SIZE;
+            const float *pixel = image.pixels + 6 * (y * SIZE + x);
+            for (int c = 0; c < 3; c++) {
+                blocks->mean[block][c] += pixel[c] * share;
+                blocks->variance[block][c] += pixel[3 + c] * share * share;
+                blocks->total[c] += pixel[c] / (SIZE * SIZE);
+            }
+        }
+    }
+    image_fini(&image);
+    film_fini(&film);
+    path_integrator.destroy(state);
+    scene_fini(&scene);
+}
+
+// Every block of the image within its noise; 36 blocks and a family of cases, hence five standard errors.
+static void compare(const char *name, const struct blocks *a, const struct blocks *b) {
+    for (int i = 0; i < BLOCKS * BLOCKS; i++) {
+        for (int c = 0; c < 3; c++) {
+            double error = sqrt(a->variance[i][c] + b->variance[i][c]);
+            if (fabs(a->mean[i][c] - b->mean[i][c]) > 5 * error + 2e-3 * b->mean[i][c])
+                fail_msg("%s: block %d, channel %d: %g, reference %g, noise %g", name, i, c, a->mean[i][c],
+                         b->mean[i][c], error);
+        }
+    }
+    for (int c = 0; c < 3; c++)
+        if (fabs(a->total[c] / b->total[c] - 1) > 0.01)
+            fail_msg("%s: total %g, reference %g", name, a->total[c], b->total[c]);
+}
+
+static const struct composition geometry = {false, "", ""};
+
+// With a black plate nothing of the room's light comes back from the lamp: every composition is exact.
+static void test_black_lamp(void **unused) {
+    (void)unused;
+    static const struct composition cases[] = {
+        {true, "none", "neural"}, {true, "none", "geometry"}, {true, "opaque", "neural"}, {true, "opaque", "geometry"}};
+    struct blocks reference, blocks;
+    render(geometry, 0, PATH_MIS, 128, &reference);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char name[100];
+        snprintf(name, sizeof name, "black plate, keep %s, appearance %s", cases[i].keep, cases[i].appearance);
+        render(cases[i], 0, PATH_MIS, 128, &blocks);
+        compare(name, &blocks, &reference);
+    }
+}
+
+// With all geometry kept, the room's light on the lamp and the lamp's own are both complete, however it is seen.
+static void test_kept_geometry(void **unused) {
+    (void)unused;
+    static const struct {
+        struct composition composition;
+        enum path_strategy strategy;
+        int passes;
+    } cases[] = {
+        {{true, "all", "geometry"}, PATH_MIS, 128},         {{true, "all", "neural"}, PATH_MIS, 128},
+        {{true, "all", "geometry"}, PATH_LIGHTS_ONLY, 128}, {{true, "all", "neural"}, PATH_LIGHTS_ONLY, 128},
+        {{true, "all", "neural"}, PATH_BSDF_ONLY, 256},
+    };
+    struct blocks reference, blocks;
+    render(geometry, 0.7f, PATH_MIS, 256, &reference);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char name[100];
+        snprintf(name, sizeof name, "keep all, appearance %s, strategy %d", cases[i].composition.appearance,
+                 cases[i].strategy);
+        render(cases[i].composition, 0.7f, cases[i].strategy, cases[i].passes, &blocks);
+        compare(name, &blocks, &reference);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_black_lamp), cmocka_unit_test(test_kept_geometry)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
