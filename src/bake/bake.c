@@ -111,12 +111,18 @@ static enum status bake_scene(struct bake_job *job, struct bake_report *report, 
 
 enum status bake_lamp(const struct bake_options *options, const struct run *run, struct bake_report *report,
                       struct error *error) {
+    struct bake_plan plan = plan_work(options);
+    return bake_lamp_plan(options, &plan, run, report, error);
+}
+
+enum status bake_lamp_plan(const struct bake_options *options, const struct bake_plan *plan, const struct run *run,
+                           struct bake_report *report, struct error *error) {
     struct bake_job *job = calloc(1, sizeof *job);
     if (!job) return error_set(error, STATUS_MEMORY, "out of memory for a bake");
     *report = (struct bake_report){0};
     job->options = options;
     job->run = run;
-    job->plan = plan_work(options);
+    job->plan = *plan;
     job->start_s = clock_wall_s();
     job->deadline_s = options->seconds > 0 ? job->start_s + options->seconds : (double)INFINITY;
     enum status status = STATUS_OK;

@@ -32,6 +32,10 @@ struct bake_job {
     uint64_t identity; // of the lamp
 };
 
+// bake_lamp with a plan of one's own (the tests' is small).
+enum status bake_lamp_plan(const struct bake_options *options, const struct bake_plan *plan, const struct run *run,
+                           struct bake_report *report, struct error *error);
+
 // Chooses data source and encoding by short trainings of candidates, scored on held-out light.
 enum status bake_choose(struct bake_job *job, struct light_recipe *recipe, struct error *error);
 // Trains both networks, writes checkpoints, stops at the deadline. STATUS_CANCELLED after a last checkpoint.

@@ -1,0 +1,188 @@
+// Whole bakes of small lamps: against closed forms (a bare sphere), the same file for any number of threads and after
+// an interruption, errors by name.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <cmocka.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "bake/bake_job.h"
+#include "format/safetensors.h"
+
+static char folder[64];
+
+static int make_folder(void **state) {
+    (void)state;
+    strcpy(folder, "/tmp/sconce_bake_XXXXXX");
+    return mkdtemp(folder) ? 0 : -1;
+}
+
+static int remove_folder(void **state) {
+    (void)state;
+    char command[128];
+    snprintf(command, sizeof command, "rm -r %s", folder);
+    return system(command);
+}
+
+static const char *in_folder(const char *name) {
+    static char paths[8][128];
+    static int next;
+    char *path = paths[next++ & 7];
+    snprintf(path, 128, "%s/%s", folder, name);
+    return path;
+}
+
+static const char *write_lamp(const char *name, const char *body) {
+    const char *path = in_folder(name);
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    fprintf(file, "<scene version=\"3.0.0\">\n%s\n</scene>\n", body);
+    fclose(file);
+    return path;
+}
+
+static const char bulb[] = "<shape type=\"sphere\"><point name=\"center\" x=\"1\" y=\"2\" z=\"3\"/>"
+                           "<float name=\"radius\" value=\"0.25\"/>"
+                           "<emitter type=\"area\"><rgb name=\"radiance\" value=\"10, 20, 5\"/></emitter></shape>";
+static const char shell[] = "<shape type=\"sphere\"><point name=\"center\" x=\"1\" y=\"2\" z=\"3\"/>"
+                            "<float name=\"radius\" value=\"0.8\"/><bsdf type=\"roughdielectric\">"
+                            "<float name=\"alpha\" value=\"0.3\"/></bsdf></shape>";
+static const char block[] = "<shape type=\"cube\"><transform name=\"to_world\"><scale value=\"0.3\"/>"
+                            "<translate x=\"2\" y=\"2\" z=\"3\"/></transform><bsdf type=\"diffuse\"/></shape>";
+
+struct listener {
+    char warnings[2000];
+    int left; // calls of cancelled() until it says so; < 0: never
+};
+
+static void hear(void *user, enum message_level level, const char *text) {
+    struct listener *l = user;
+    if (level == MESSAGE_WARNING) strncat(l->warnings, text, sizeof l->warnings - strlen(l->warnings) - 1);
+}
+
+static bool stop(void *user) {
+    struct listener *l = user;
+    return l->left >= 0 && l->left-- == 0;
+}
+
+static const struct bake_plan small = {200000, 2, 4, 12, 12};
+
+static enum status bake(const char *lamp, const char *output, int threads, int stop_after, bool resume,
+                        struct bake_report *report, struct listener *listener, struct error *error) {
+    *listener = (struct listener){.left = stop_after};
+    struct bake_options options = {.lamp_path = lamp, .output_path = output, .quality = BAKE_DRAFT, .resume = resume};
+    struct run run = {.threads = threads, .seed = 1, .message = hear, .cancelled = stop, .user = listener};
+    return bake_lamp_plan(&options, &small, &run, report, error);
+}
+
+static void bare_sphere_is_exact(void **state) {
+    (void)state;
+    struct bake_report report;
+    struct listener listener;
+    struct error error;
+    const char *path = in_folder("bare.safetensors");
+    assert_int_equal(bake(write_lamp("bare.xml", bulb), path, 2, -1, false, &report, &listener, &error), STATUS_OK);
+    const float radiance[3] = {10, 20, 5};
+    struct luminaire *luminaire;
+    assert_int_equal(luminaire_load(&luminaire, path, &error), STATUS_OK);
+    float flux[3];
+    luminaire_flux(luminaire, flux);
+    for (int c = 0; c < 3; c++) {
+        double exact = 4 * M_PI * M_PI * 0.25 * 0.25 * (double)radiance[c]; // pi L 4 pi r^2
+        assert_true(fabs((double)flux[c] / exact - 1) < 0.005);
+        assert_true(fabs((double)report.evaluation.flux_error[c]) < 0.01);
+    }
+    assert_true(report.evaluation.irradiance_error[1] < 0.03f + report.evaluation.irradiance_noise[1]);
+    float point[1][3] = {{1, 2, 3}}, w[1][3] = {{0.6f, 0, 0.8f}}, l[1][3];
+    luminaire_eval(luminaire, 1, (const float(*)[3])point, (const float(*)[3])w, l);
+    for (int c = 0; c < 3; c++) assert_true(fabsf(l[0][c] / radiance[c] - 1) < 0.1f);
+    assert_non_null(luminaire_metadata(luminaire, "bake.evaluation"));
+    assert_string_equal(luminaire_metadata(luminaire, "bake.source"), "bare.xml");
+    luminaire_destroy(luminaire);
+    assert_int_not_equal(access(in_folder("bare.safetensors.checkpoint"), F_OK), 0);
+}
+
+static void read_weights(const char *path, struct safetensors *file) {
+    struct error error;
+    assert_int_equal(safetensors_load(file, path, &error), STATUS_OK);
+}
+
+static void assert_same_tensors(const char *a_path, const char *b_path) {
+    struct safetensors a, b;
+    read_weights(a_path, &a);
+    read_weights(b_path, &b);
+    assert_int_equal(a.tensor_count, b.tensor_count);
+    for (size_t i = 0; i < a.tensor_count; i++) {
+        size_t size = tensor_element_size(a.tensors[i].type);
+        for (size_t d = 0; d < a.tensors[i].dimension_count; d++) size *= a.tensors[i].shape[d];
+        assert_memory_equal(a.tensors[i].data, b.tensors[i].data, size);
+    }
+    safetensors_fini(&a);
+    safetensors_fini(&b);
+}
+
+static void same_file_for_threads_and_resume(void **state) {
+    (void)state;
+    char body[2000];
+    snprintf(body, sizeof body, "%s%s%s", bulb, shell, block);
+    const char *lamp = write_lamp("frosted.xml", body);
+    struct bake_report report;
+    struct listener listener;
+    struct error error;
+    assert_int_equal(bake(lamp, in_folder("one.safetensors"), 1, -1, false, &report, &listener, &error), STATUS_OK);
+    assert_true(report.clear_share < 0.5f);
+    assert_int_equal(bake(lamp, in_folder("two.safetensors"), 2, -1, false, &report, &listener, &error), STATUS_OK);
+    assert_same_tensors(in_folder("one.safetensors"), in_folder("two.safetensors"));
+    const char *third = in_folder("three.safetensors");
+    assert_int_equal(bake(lamp, third, 2, 19, false, &report, &listener, &error), STATUS_CANCELLED);
+    assert_non_null(strstr(error.text, "--resume"));
+    assert_int_not_equal(access(third, F_OK), 0);
+    assert_int_equal(access(in_folder("three.safetensors.checkpoint/state.json"), F_OK), 0);
+    assert_int_equal(bake(lamp, third, 2, -1, true, &report, &listener, &error), STATUS_OK);
+    assert_same_tensors(in_folder("one.safetensors"), third);
+}
+
+static void errors_say_what_to_do(void **state) {
+    (void)state;
+    struct bake_report report;
+    struct listener listener;
+    struct error error;
+    assert_int_equal(bake(write_lamp("dark.xml", shell), in_folder("x"), 2, -1, false, &report, &listener, &error),
+                     STATUS_INVALID);
+    assert_non_null(strstr(error.text, "no emitter"));
+    const char *black =
+        "<shape type=\"sphere\"><emitter type=\"area\"><rgb name=\"radiance\" value=\"0, 0, 0\"/></emitter></shape>";
+    assert_int_equal(bake(write_lamp("black.xml", black), in_folder("x"), 2, -1, false, &report, &listener, &error),
+                     STATUS_INVALID);
+    assert_non_null(strstr(error.text, "power"));
+    char body[1000];
+    snprintf(body, sizeof body,
+             "%s<shape type=\"sphere\"><point name=\"center\" x=\"1\" y=\"2\" z=\"3\"/><bsdf type=\"twosided\">"
+             "<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0, 0, 0\"/></bsdf></bsdf></shape>",
+             bulb);
+    assert_int_equal(bake(write_lamp("box.xml", body), in_folder("x"), 2, -1, false, &report, &listener, &error),
+                     STATUS_INVALID);
+    assert_non_null(strstr(error.text, "no light leaves"));
+    FILE *mesh = fopen(in_folder("open.obj"), "w");
+    assert_non_null(mesh);
+    fputs("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 3 4\nf 1 4 2\n", mesh);
+    fclose(mesh);
+    snprintf(body, sizeof body,
+             "%s<shape type=\"obj\" id=\"vase\"><string name=\"filename\" value=\"open.obj\"/>"
+             "<bsdf type=\"dielectric\"/></shape>",
+             bulb);
+    assert_int_equal(bake(write_lamp("open.xml", body), in_folder("x"), 2, 0, false, &report, &listener, &error),
+                     STATUS_CANCELLED);
+    assert_non_null(strstr(listener.warnings, "'vase' is open (3 edges"));
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(bare_sphere_is_exact),
+                                       cmocka_unit_test(same_file_for_threads_and_resume),
+                                       cmocka_unit_test(errors_say_what_to_do)};
+    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}
