@@ -13,7 +13,6 @@
 
 #include "base/file.h"
 #include "base/param.h"
-#include "format/spectrum.h"
 
 static const char *const object_tags[] = {"scene",      "shape", "bsdf",    "texture",   "emitter",
                                           "sensor",     "film",  "sampler", "rfilter",   "medium",
@@ -24,33 +23,9 @@ enum {
     TRANSFORM_TAG_COUNT = sizeof transform_tags / sizeof *transform_tags
 };
 
-// Elements that become a property, and the attributes they may have besides `name`.
-static const struct property_tag {
-    const char *tag;
-    enum property_type type;
-    const char *attributes[6];
-} property_tags[] = {
-    {"boolean", PROPERTY_BOOL, {"value"}},
-    {"integer", PROPERTY_INT, {"value"}},
-    {"float", PROPERTY_FLOAT, {"value"}},
-    {"string", PROPERTY_STRING, {"value"}},
-    {"point", PROPERTY_VEC3, {"value", "x", "y", "z"}},
-    {"vector", PROPERTY_VEC3, {"value", "x", "y", "z"}},
-    {"rgb", PROPERTY_RGB, {"value", "intent"}},
-    {"srgb", PROPERTY_RGB, {"value", "intent"}},
-    {"spectrum", PROPERTY_SPECTRUM, {"value", "filename", "intent"}},
-    {"blackbody", PROPERTY_BLACKBODY, {"temperature", "scale"}},
-    {"transform", PROPERTY_TRANSFORM, {NULL}},
-};
-enum { PROPERTY_TAG_COUNT = sizeof property_tags / sizeof *property_tags };
 static const char *const other_tags[] = {"default", "include", "ref", "alias", "path"};
 enum { OTHER_TAG_COUNT = sizeof other_tags / sizeof *other_tags };
 
-struct named_value { // a <default> or a -D definition
-    struct named_value *next;
-    const char *name, *value;
-    bool given, used; // by -D; by a $name
-};
 struct property_node {
     struct property_node *next;
     struct property property;
@@ -106,90 +81,6 @@ static enum status out_of_memory(const struct parse *parse) {
     return error_set(parse->error, STATUS_MEMORY, "%s: out of memory while reading the scene", parse->source->path);
 }
 
-// ---- $names ----
-
-static struct named_value *value_find(const struct parse *parse, const char *name, size_t length) {
-    for (struct named_value *v = parse->values; v; v = v->next)
-        if (!strncmp(v->name, name, length) && !v->name[length]) return v;
-    return NULL;
-}
-
-static enum status value_unknown(const struct parse *parse, const char *name, int length) {
-    const char *names[64], *near;
-    char wanted[64];
-    size_t n = 0;
-    for (const struct named_value *v = parse->values; v && n < 64; v = v->next) names[n++] = v->name;
-    snprintf(wanted, sizeof wanted, "%.*s", length, name);
-    near = nearest_name(wanted, names, n);
-    return error_at(parse->error, place_here(parse),
-                    "$%s has no value; %s%s%sgive -D %s=... or a <default name=\"%s\" value=\"...\"/>", wanted,
-                    near ? "did you mean $" : "", near ? near : "", near ? "? Or " : "", wanted, wanted);
-}
-
-// `text` with every $name replaced by its value (the longest known name that fits), in the arena. NULL: an error is
-// set.
-static const char *text_substitute(struct parse *parse, const char *text, enum status *status) {
-    const char *dollar = text;
-    char *result = arena_strdup(parse->arena, "");
-    size_t replaced = 0;
-    while (result && (dollar = strchr(text, '$'))) {
-        size_t length = 0;
-        while (isalnum((unsigned char)dollar[1 + length]) || dollar[1 + length] == '_') length++;
-        struct named_value *value = NULL;
-        for (size_t n = length; n && !value; n--) value = value_find(parse, dollar + 1, n);
-        if (!value && length) {
-            *status = value_unknown(parse, dollar + 1, length < 60 ? (int)length : 60);
-            return NULL;
-        }
-        if (value) value->used = true;
-        if (++replaced > 256 || strlen(result) > 65536) {
-            *status = error_at(parse->error, place_here(parse), "the attribute has too many $names");
-            return NULL;
-        }
-        result = arena_printf(parse->arena, "%s%.*s%s", result, (int)(dollar - text), text, value ? value->value : "$");
-        text = dollar + 1 + (value ? strlen(value->name) : 0);
-    }
-    if (result) result = replaced ? arena_printf(parse->arena, "%s%s", result, text) : arena_strdup(parse->arena, text);
-    if (!result) *status = out_of_memory(parse);
-    return result;
-}
-
-static enum status value_add(struct parse *parse, const char *name, const char *text, bool given) {
-    struct named_value *value = arena_alloc(parse->arena, 1, sizeof *value);
-    if (!value) return out_of_memory(parse);
-    *value = (struct named_value){parse->values, name, text, given, false};
-    parse->values = value;
-    return STATUS_OK;
-}
-
-// ---- Attributes ----
-
-enum { MAX_ATTRIBUTES = 16 };
-
-// A copy of expat's attributes with $names replaced, or none where one is not in `known`.
-static enum status attributes_take(struct parse *parse, const char *tag, const char *const *raw,
-                                   const char *const *known, size_t known_count, const char **attributes) {
-    size_t n = 0;
-    for (; *raw; raw += 2) {
-        size_t k = 0;
-        while (k < known_count && !param_name_equal(known[k], raw[0])) k++;
-        if (k == known_count) {
-            const char *near = nearest_name(raw[0], known, known_count);
-            return error_at(parse->error, place_here(parse), "<%s> has no attribute '%.60s'%s%s%s", tag, raw[0],
-                            near ? "; did you mean '" : "", near ? near : "", near ? "'?" : "");
-        }
-        if (n + 3 > 2 * MAX_ATTRIBUTES)
-            return error_at(parse->error, place_here(parse), "<%s> has too many attributes", tag);
-        enum status status = STATUS_OK;
-        attributes[n] = known[k];
-        attributes[n + 1] = text_substitute(parse, raw[1], &status);
-        if (status) return status;
-        n += 2;
-    }
-    attributes[n] = NULL;
-    return STATUS_OK;
-}
-
 // ---- The stack of open elements ----
 
 static struct element *element_top(struct parse *parse) {
@@ -239,6 +130,20 @@ static enum status identifier_add(struct parse *parse, const char *id, const cha
     return STATUS_OK;
 }
 
+static enum status value_add(struct parse *parse, const char *name, const char *text, bool given) {
+    struct named_value *value = arena_alloc(parse->arena, 1, sizeof *value);
+    if (!value) return out_of_memory(parse);
+    *value = (struct named_value){parse->values, name, text, given, false};
+    parse->values = value;
+    return STATUS_OK;
+}
+
+static enum status element_attributes(struct parse *parse, const char *tag, const char *const *raw,
+                                      const char *const *known, size_t known_count, const char **attributes) {
+    return attributes_take(parse->arena, parse->values, tag, place_here(parse), raw, known, known_count, attributes,
+                           parse->error);
+}
+
 static enum status object_finish(struct parse *parse, struct element *element) {
     struct object *object = element->object;
     object->properties = arena_alloc(parse->arena, object->property_count, sizeof *object->properties);
@@ -261,8 +166,8 @@ static enum status object_finish(struct parse *parse, struct element *element) {
 static enum status object_begin(struct parse *parse, const char *tag, const char *const *raw) {
     static const char *const known[] = {"type", "id", "name", "version"};
     bool is_scene = !strcmp(tag, "scene");
-    const char *a[2 * MAX_ATTRIBUTES];
-    enum status status = attributes_take(parse, tag, raw, known, is_scene ? 4 : 3, a);
+    const char *a[ATTRIBUTES_CAPACITY];
+    enum status status = element_attributes(parse, tag, raw, known, is_scene ? 4 : 3, a);
     if (status) return status;
     if (is_scene && parse->depth != parse->source->depth_at_start)
         return error_at(parse->error, place_here(parse), "<scene> may only be the outermost element");
@@ -281,103 +186,34 @@ static enum status object_begin(struct parse *parse, const char *tag, const char
     return status ? status : element_push(parse, ELEMENT_OBJECT, object);
 }
 
-static enum status spectrum_value(struct parse *parse, const char *const *a, struct property *property) {
-    const char *filename = attribute_value(a, "filename");
-    if (!filename) return parse_spectrum(parse->arena, property->string, property, parse->error);
-    char path[PATH_MAX];
-    path_resolve(path, sizeof path, parse->source->path, filename);
-    return load_spd(parse->arena, path, property, parse->error);
-}
-
-static enum status blackbody_value(struct parse *parse, const char *const *a, struct property *property) {
-    const char *text = attribute_value(a, "temperature"), *scale_text = attribute_value(a, "scale");
-    double scale = 1;
-    if (!text) return error_at(parse->error, property->place, "<blackbody> needs the attribute temperature, in kelvin");
-    char digits[32];
-    snprintf(digits, sizeof digits, "%s", text);
-    size_t length = strlen(digits);
-    if (length && toupper((unsigned char)digits[length - 1]) == 'K') digits[length - 1] = 0;
-    enum status status = parse_number(digits, property->place, "temperature", &property->number, parse->error);
-    if (!status && !(property->number >= 1 && property->number <= 1e6))
-        status = error_at(parse->error, property->place, "temperature must lie between 1 and 1000000 K");
-    if (!status && scale_text) status = parse_number(scale_text, property->place, "scale", &scale, parse->error);
-    if (!status) property->color = rgb_scale(spectrum_blackbody_rgb(property->number), (float)scale);
-    property->string = text;
-    return status;
-}
-
-static enum status vector_value(struct parse *parse, const char *const *a, struct property *property) {
-    double n[3] = {0};
-    size_t count = 3;
-    enum status status = STATUS_OK;
-    if (attribute_value(a, "value"))
-        status = parse_numbers(property->string, property->place, property->name, n, 3, &count, parse->error);
-    for (int i = 0; i < 3 && !attribute_value(a, "value") && !status; i++) {
-        const char axis[2] = {(char)('x' + i), 0}, *text = attribute_value(a, axis);
-        if (text) status = parse_number(text, property->place, axis, &n[i], parse->error);
-    }
-    if (!status && count != 3)
-        status = error_at(parse->error, property->place, "'%s' has %zu numbers; write three", property->name, count);
-    property->vector = vec3_make((float)n[0], (float)n[1], (float)n[2]);
-    return status;
-}
-
-static enum status property_begin(struct parse *parse, const struct property_tag *kind, const char *tag,
-                                  const char *const *raw) {
-    const char *known[8] = {"name"}, *a[2 * MAX_ATTRIBUTES];
+static enum status property_begin(struct parse *parse, const struct property_tag *tag, const char *const *raw) {
+    const char *known[6] = {"name"}, *a[ATTRIBUTES_CAPACITY];
     size_t known_count = 1;
-    for (int i = 0; i < 6 && kind->attributes[i]; i++) known[known_count++] = kind->attributes[i];
-    enum status status = attributes_take(parse, tag, raw, known, known_count, a);
+    while (known_count < 6 && tag->attributes[known_count - 1]) {
+        known[known_count] = tag->attributes[known_count - 1];
+        known_count++;
+    }
+    enum status status = element_attributes(parse, tag->tag, raw, known, known_count, a);
     if (status) return status;
     struct element *owner = element_owner(parse);
     struct place place = place_here(parse);
-    const char *name = attribute_value(a, "name"), *text = attribute_value(a, "value");
+    const char *name = attribute_value(a, "name");
     if (!owner || owner->kind != ELEMENT_OBJECT)
-        return error_at(parse->error, place, "<%s> must stand inside an object", tag);
-    if (!name || !*name) return error_at(parse->error, place, "<%s> needs the attribute name", tag);
-    if (kind->attributes[0] && !strcmp(kind->attributes[0], "value") && kind->type != PROPERTY_VEC3 && !text &&
-        !attribute_value(a, "filename"))
-        return error_at(parse->error, place, "<%s name=\"%s\"> needs the attribute value", tag, name);
+        return error_at(parse->error, place, "<%s> must stand inside an object", tag->tag);
+    if (!name || !*name) return error_at(parse->error, place, "<%s> needs the attribute name", tag->tag);
     for (const struct property_node *p = owner->properties; p; p = p->next)
         if (param_name_equal(p->property.name, name))
             return error_at(parse->error, place, "'%s' is given already at line %d", name, p->property.place.line);
     struct property_node *node = arena_alloc(parse->arena, 1, sizeof *node);
     if (!node) return out_of_memory(parse);
-    struct property *p = &node->property;
-    *p = (struct property){.name = name, .type = kind->type, .place = place, .string = text ? text : ""};
-    p->transform = transform_identity();
-    switch (kind->type) {
-    case PROPERTY_BOOL:
-        status = parse_boolean(text, place, name, &p->boolean, parse->error);
-        break;
-    case PROPERTY_INT:
-        status = parse_integer(text, place, name, &p->number, parse->error);
-        break;
-    case PROPERTY_FLOAT:
-        status = parse_number(text, place, name, &p->number, parse->error);
-        break;
-    case PROPERTY_VEC3:
-        status = vector_value(parse, a, p);
-        break;
-    case PROPERTY_RGB:
-        status = parse_color(text, place, !strcmp(kind->tag, "srgb"), &p->color, parse->error);
-        break;
-    case PROPERTY_SPECTRUM:
-        status = spectrum_value(parse, a, p);
-        break;
-    case PROPERTY_BLACKBODY:
-        status = blackbody_value(parse, a, p);
-        break;
-    case PROPERTY_STRING:
-    case PROPERTY_TRANSFORM:
-        break;
-    }
+    node->property = (struct property){.name = name, .place = place};
+    status = property_set(parse->arena, tag, a, &node->property, parse->error);
     if (status) return status;
     *owner->properties_end = node;
     owner->properties_end = &node->next;
     owner->object->property_count++;
-    status = element_push(parse, kind->type == PROPERTY_TRANSFORM ? ELEMENT_TRANSFORM : ELEMENT_LEAF, NULL);
-    if (!status) element_top(parse)->transform = p;
+    status = element_push(parse, tag->type == PROPERTY_TRANSFORM ? ELEMENT_TRANSFORM : ELEMENT_LEAF, NULL);
+    if (!status) element_top(parse)->transform = &node->property;
     return status;
 }
 
@@ -406,9 +242,9 @@ static enum status include_file(struct parse *parse, const char *filename) {
 
 static enum status other_begin(struct parse *parse, const char *tag, const char *const *raw) {
     static const char *const known[] = {"name", "value", "filename", "id", "as"};
-    const char *a[2 * MAX_ATTRIBUTES];
+    const char *a[ATTRIBUTES_CAPACITY];
     struct place place = place_here(parse);
-    enum status status = attributes_take(parse, tag, raw, known, 5, a);
+    enum status status = element_attributes(parse, tag, raw, known, 5, a);
     if (status) return status;
     struct element *owner = element_owner(parse);
     if (!owner || owner->kind != ELEMENT_OBJECT)
@@ -418,7 +254,7 @@ static enum status other_begin(struct parse *parse, const char *tag, const char 
     if (!strcmp(tag, "default")) {
         if (!name || !*name || !value)
             return error_at(parse->error, place, "<default> needs the attributes name and value");
-        if (!value_find(parse, name, strlen(name))) status = value_add(parse, name, value, false);
+        if (!named_value_find(parse->values, name, strlen(name))) status = value_add(parse, name, value, false);
     } else if (!strcmp(tag, "ref")) {
         if (!id || !*id) return error_at(parse->error, place, "<ref> needs the attribute id");
         status = child_add(parse, name, NULL, id);
@@ -444,10 +280,10 @@ static const char *tag_find(const char *tag, const char *const *tags, size_t n) 
 }
 
 static enum status unknown_tag(struct parse *parse, const char *tag) {
-    const char *all[OBJECT_TAG_COUNT + PROPERTY_TAG_COUNT + OTHER_TAG_COUNT + TRANSFORM_TAG_COUNT];
+    const char *all[OBJECT_TAG_COUNT + OTHER_TAG_COUNT + TRANSFORM_TAG_COUNT + 16];
     size_t n = 0;
     for (size_t i = 0; i < OBJECT_TAG_COUNT; i++) all[n++] = object_tags[i];
-    for (size_t i = 0; i < PROPERTY_TAG_COUNT; i++) all[n++] = property_tags[i].tag;
+    for (size_t i = 0; property_tags[i].tag; i++) all[n++] = property_tags[i].tag;
     for (size_t i = 0; i < OTHER_TAG_COUNT; i++) all[n++] = other_tags[i];
     for (size_t i = 0; i < TRANSFORM_TAG_COUNT; i++) all[n++] = transform_tags[i];
     const char *near = nearest_name(tag, all, n);
@@ -465,10 +301,10 @@ static enum status element_begin(struct parse *parse, const char *tag, const cha
         return error_at(parse->error, place_here(parse), "<%.60s> stands inside an element that can hold nothing", tag);
     if ((found = tag_find(tag, transform_tags, TRANSFORM_TAG_COUNT))) {
         static const char *const known[] = {"value", "x", "y", "z", "angle", "origin", "target", "up"};
-        const char *a[2 * MAX_ATTRIBUTES];
+        const char *a[ATTRIBUTES_CAPACITY];
         if (!top || top->kind != ELEMENT_TRANSFORM)
             return error_at(parse->error, place_here(parse), "<%.60s> must stand inside a <transform>", tag);
-        enum status status = attributes_take(parse, found, raw, known, sizeof known / sizeof *known, a);
+        enum status status = element_attributes(parse, found, raw, known, sizeof known / sizeof *known, a);
         if (!status)
             status = transform_apply_element(found, a, place_here(parse), &top->transform->transform, parse->error);
         return status ? status : element_push(parse, ELEMENT_LEAF, NULL);
@@ -477,8 +313,8 @@ static enum status element_begin(struct parse *parse, const char *tag, const cha
         return error_at(parse->error, place_here(parse), "<%.60s> is no operation of a <transform>", tag);
     if (!strcmp(tag, "camera")) tag = "sensor"; // as written before Mitsuba 0.4
     if ((found = tag_find(tag, object_tags, OBJECT_TAG_COUNT))) return object_begin(parse, found, raw);
-    for (size_t i = 0; i < PROPERTY_TAG_COUNT; i++)
-        if (!strcmp(tag, property_tags[i].tag)) return property_begin(parse, &property_tags[i], tag, raw);
+    for (size_t i = 0; property_tags[i].tag; i++)
+        if (!strcmp(tag, property_tags[i].tag)) return property_begin(parse, &property_tags[i], raw);
     if ((found = tag_find(tag, other_tags, OTHER_TAG_COUNT))) return other_begin(parse, found, raw);
     return unknown_tag(parse, tag);
 }

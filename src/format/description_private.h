@@ -1,5 +1,6 @@
 // What the files of the scene reader share: description.c (lifecycle, look-up), description_parse.c (elements to
-// objects), description_value.c (attribute texts to values), description_resolve.c (references).
+// objects), description_names.c ($names in attributes), description_property.c (elements to properties),
+// description_value.c and description_transform.c (attribute texts to values), description_resolve.c (references).
 #pragma once
 
 #include "format/description.h"
@@ -22,6 +23,30 @@ enum status load_spd(struct arena *arena, const char *path, struct property *pro
 enum status transform_apply_element(const char *tag, const char *const *attributes, struct place place,
                                     struct transform *matrix, struct error *error);
 const char *attribute_value(const char *const *attributes, const char *name); // either spelling; NULL where absent
+
+// What the elements of a file have in common while they are read.
+struct named_value { // a <default> or a -D definition
+    struct named_value *next;
+    const char *name, *value;
+    bool given, used; // by -D; by a $name
+};
+struct named_value *named_value_find(struct named_value *values, const char *name, size_t length);
+enum { ATTRIBUTES_CAPACITY = 33 }; // names and values of 16, and the end
+// A copy of expat's attributes of <tag> at `place` with $names replaced; an error where one is not in `known`.
+enum status attributes_take(struct arena *arena, struct named_value *values, const char *tag, struct place place,
+                            const char *const *raw, const char *const *known, size_t known_count,
+                            const char **attributes, struct error *error);
+
+// Elements that become a property, and the attributes they may have besides `name`. Ends with tag == NULL.
+struct property_tag {
+    const char *tag;
+    enum property_type type;
+    const char *attributes[5];
+};
+extern const struct property_tag property_tags[];
+// Fills a property, whose name and place are set, from its attributes; transforms become the identity.
+enum status property_set(struct arena *arena, const struct property_tag *tag, const char *const *attributes,
+                         struct property *property, struct error *error);
 
 // A <ref> or an id, in the order of the files.
 struct reference {
