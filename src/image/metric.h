@@ -18,5 +18,5 @@ enum status metrics_compute(struct metrics *metrics, const struct image *image, 
                             const struct image *mask, float exposure, struct error *error);
 // FLIP per pixel, as an image of one channel.
 enum status flip_map(struct image *map, const struct image *image, const struct image *reference, float exposure, struct error *error);
-// An exposure that puts the reference's 90th-percentile luminance at 0.8.
+// An exposure that puts the 90th-percentile luminance of the pixels that are not black at 0.8; 1 for a black image.
 float image_auto_exposure(const struct image *image);
