@@ -21,20 +21,20 @@ struct plugin {
 };
 
 static const struct param table[] = {
-    {"flag", PARAM_BOOL, offsetof(struct plugin, flag), "true"},
+    {"flag", PARAM_BOOL, offsetof(struct plugin, flag), "true", .help = ""},
     {"count", PARAM_INT, offsetof(struct plugin, count), "3", .min = 1, .max = 10},
     {"choice", PARAM_CHOICE, offsetof(struct plugin, choice), "ggx", .choices = "beckmann|ggx|phong"},
     {"other_choice", PARAM_CHOICE, offsetof(struct plugin, other_choice), "a", .choices = "a|b"},
     {"size", PARAM_FLOAT, offsetof(struct plugin, size), "0.25", .min = 0, .max = 90, .unit = "degrees",
      .alias = "extent"},
-    {"text", PARAM_STRING, offsetof(struct plugin, text), "bk7"},
-    {"optional", PARAM_STRING, offsetof(struct plugin, optional), ""},
+    {"text", PARAM_STRING, offsetof(struct plugin, text), "bk7", .help = ""},
+    {"optional", PARAM_STRING, offsetof(struct plugin, optional), "", .help = ""},
     {"color", PARAM_RGB, offsetof(struct plugin, color), "0.1 0.2 0.3", .max = 1},
-    {"light", PARAM_RGB, offsetof(struct plugin, light), "2"},
-    {"point", PARAM_VEC3, offsetof(struct plugin, point), "1 2 3"},
-    {"matrix", PARAM_TRANSFORM, offsetof(struct plugin, matrix), ""},
+    {"light", PARAM_RGB, offsetof(struct plugin, light), "2", .help = ""},
+    {"point", PARAM_VEC3, offsetof(struct plugin, point), "1 2 3", .help = ""},
+    {"matrix", PARAM_TRANSFORM, offsetof(struct plugin, matrix), "", .help = ""},
     {"texture", PARAM_TEXTURE, offsetof(struct plugin, texture), "0.5", .max = 1},
-    {"none", PARAM_TEXTURE, offsetof(struct plugin, none), ""},
+    {"none", PARAM_TEXTURE, offsetof(struct plugin, none), "", .help = ""},
     {"required", PARAM_FLOAT, offsetof(struct plugin, required), NULL, .help = "the one that must be there"},
     PARAM_END,
 };
