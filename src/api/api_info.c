@@ -131,10 +131,15 @@ enum sconce_status sconce_help(const char *kind, const char *type, char **text, 
     struct error inner = {0};
     struct arena arena = {0};
     *text = NULL;
-    const char *help = help_text(&arena, kind, type, &inner);
+    const char *help = help_text(&arena, kind, type);
     if (help) *text = strdup(help);
-    enum status status = help ? STATUS_OK : inner.status;
-    if (help && !*text) status = error_set(&inner, STATUS_MEMORY, "out of memory");
+    enum status status = STATUS_OK;
+    if (!*text) status = error_set(&inner, STATUS_MEMORY, "out of memory");
+    else if (!help_knows(kind, type)) {
+        status = error_set(&inner, STATUS_INVALID, "%s", *text);
+        free(*text);
+        *text = NULL;
+    }
     arena_fini(&arena);
     return api_status(status, &inner, error);
 }

@@ -131,4 +131,8 @@ const char *luminaire_metadata(const struct luminaire *luminaire, const char *ke
     return NULL;
 }
 
+const char *luminaire_metadata_key(const struct luminaire *luminaire, size_t index) {
+    return index < luminaire->metadata_count ? luminaire->keys[index] : NULL;
+}
+
 size_t luminaire_bytes(const struct luminaire *luminaire) { return luminaire->bytes; }

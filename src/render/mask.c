@@ -13,7 +13,7 @@ static bool ray_meets_lamp(const struct scene *scene, const struct ray *ray) {
         vec3 o = transform_point(&local_from_world, ray->origin);
         vec3 d = vec3_normalize(transform_vector(&local_from_world, ray->direction));
         float t_near, t_far;
-        if (luminaire_span(lamp->luminaire, &o.x, &d.x, &t_near, &t_far)) {
+        if (luminaire_span(lamp->luminaire, (float[3]){o.x, o.y, o.z}, (float[3]){d.x, d.y, d.z}, &t_near, &t_far)) {
             float t_mid = 0.5f * (t_near + t_far) * lamp->scale;
             if (t_mid > 0 && t_mid < ray->t_max) return true;
         }
