@@ -23,10 +23,10 @@ TINT = '<rgb name="specular_reflectance" value="1, 0.9, 0.8"/>'
 COLOUR = '<rgb name="diffuse_reflectance" value="0.1, 0.5, 0.8"/>'
 GLASS = TINT + '<rgb name="specular_transmittance" value="0.7, 0.9, 1"/>'
 WATER = '<string name="int_ior" value="water"/>'
-MATERIALS = ["Cu", "Au", "Ag", "Al", "Cr", "W", "none"]
+MATERIALS = "none a-C Ag Al Au Be Cr Cu Cu2O CuO Hg HgTe Ir K Li Mo Na_palik Nb Ni_palik Rh Se-e Ta Te-e TiC TiN VC V_palik VN W"
 
 CASES = [("diffuse", '<rgb name="reflectance" value="0.2, 0.4, 0.6"/>')]
-CASES += [("conductor", f'<string name="material" value="{m}"/>') for m in MATERIALS]
+CASES += [("conductor", f'<string name="material" value="{m}"/>') for m in MATERIALS.split()]
 CASES += [("roughconductor", r + '<string name="material" value="Cu"/>' + TINT) for r in ROUGH + [ANISOTROPIC]]
 CASES += [("roughdielectric", r + GLASS) for r in ROUGH]
 CASES += [("roughdielectric", ROUGH[0] + WATER), ("roughdielectric", ROUGH[1] + '<float name="int_ior" value="2.4"/>')]

@@ -47,8 +47,9 @@ const char metal_suggestions[] =
 static enum status metal_find(const char *name, rgb *eta, rgb *k, const struct commit_context *context,
                               struct error *error) {
     const char *names[sizeof metals / sizeof *metals];
-    char bare[32]; // Mitsuba tells sources of data apart (Ni_palik); one is enough here
+    char bare[32]; // Mitsuba tells sources of data (Ni_palik) and crystal axes (Te-e) apart; one is enough here
     size_t length = strcspn(name, "_");
+    if (length > 2 && !strncmp(name + length - 2, "-e", 2)) length -= 2;
     if (length >= sizeof bare) length = sizeof bare - 1;
     memcpy(bare, name, length);
     bare[length] = 0;

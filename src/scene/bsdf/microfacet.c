@@ -40,7 +40,7 @@ static float visible_slope(float cos_theta, float tan_theta, float u) {
         b = clampf(b, -0.9999999f, 0.9999999f);
         slope = erf_inverse(b);
         float value = 1.0f + b + t * expf(-slope * slope) - target;
-        if (fabsf(value) < 1e-6f * total) break;
+        if (fabsf(value) < 1e-5f * total) break;
         if (value > 0)
             high = b;
         else
