@@ -137,7 +137,7 @@ void bdpt_connect_camera(const struct scene *scene, const struct camera *camera,
         value = rgb_scale(value, (float)(1 / (1 + mis(traced) * (light->d_vcm + light->d_vc * mis(reverse)))));
     }
     struct ray ray = surface_spawn_ray(surface, link.direction);
-    ray.t_max = link.distance;
+    ray.t_max = link.reach;
     value = rgb_mul(value, scene_visibility(scene, &ray, -1));
     splat_add(splats, camera->sensor, link.film,
               rgb_mul(value, segment_absorption(surface, NULL, link.direction, link.distance)));

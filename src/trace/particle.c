@@ -26,7 +26,7 @@ static void splat_emitter(const struct particle_state *state, const struct walk 
                           cos_theta * link.response / (walk->emission->pdf_position * walk->emission_pmf));
     if (!(rgb_max(value) > 0)) return;
     struct ray ray = surface_spawn_ray(surface, link.direction);
-    ray.t_max = link.distance;
+    ray.t_max = link.reach;
     value = rgb_mul(value, scene_visibility(state->scene, &ray, -1));
     splat_add(splats, state->scene->sensor, link.film,
               rgb_mul(value, segment_absorption(surface, NULL, link.direction, link.distance)));

@@ -82,7 +82,7 @@ struct camera {
 };
 struct camera_link { // the camera seen from a point
     vec3 direction; // unit, towards the camera
-    float distance;
+    float distance, reach; // to the lens, to the near plane: what is nearer to the lens does not block
     vec2 film;
     float response; // of the full film's mean to radiance along the link, per area of the surface perpendicular to it
     float pdf; // the same as a density of camera rays of the crop

@@ -62,7 +62,8 @@ void camera_init(struct camera *camera, const struct scene *scene) {
     struct ray a, b; // the sensor's table does not say which of its densities is a delta's; two rays do
     sensor->type->sample_ray(sensor, (vec2){0.25f, 0.5f}, (vec2){0.5f, 0.5f}, &a);
     sensor->type->sample_ray(sensor, (vec2){0.75f, 0.5f}, (vec2){0.5f, 0.5f}, &b);
-    camera->parallel = vec3_dot(a.direction, b.direction) > 1 - 1e-7f && vec3_length(vec3_sub(a.origin, b.origin)) > 0;
+    camera->parallel =
+        vec3_length(vec3_sub(a.direction, b.direction)) < 1e-4f && vec3_length(vec3_sub(a.origin, b.origin)) > 0;
 }
 
 void camera_walk(const struct camera *camera, const struct scene *scene, vec2 film, vec2 lens, struct walk *walk) {
@@ -82,12 +83,11 @@ void camera_walk(const struct camera *camera, const struct scene *scene, vec2 fi
 bool camera_connect(const struct camera *camera, vec3 p, vec2 lens, struct camera_link *link) {
     struct sensor_sample sample;
     if (!camera->sensor->type->sample_connection(camera->sensor, p, lens, &sample)) return false;
-    struct ray ray = {sample.p, vec3_neg(sample.direction), 0, INFINITY};
-    float pdf_position, pdf_direction;
-    camera->sensor->type->pdf_ray(camera->sensor, &ray, &pdf_position, &pdf_direction);
-    *link = (struct camera_link){.direction = sample.direction, .distance = sample.distance, .film = sample.film};
-    // A lens is sampled by area in both directions, so its density cancels; parallel rays do not spread with distance.
-    link->response = camera->parallel ? pdf_position : pdf_direction / sqrf(sample.distance);
+    *link = (struct camera_link){.direction = sample.direction,
+                                 .distance = sample.distance,
+                                 .reach = sample.distance - camera->sensor->near_clip / sample.cos_theta,
+                                 .film = sample.film};
+    link->response = sample.importance * sample.cos_theta / (sqrf(sample.distance) * sample.pdf_area);
     link->pdf = link->response / camera->crop_share;
     return link->response > 0;
 }

@@ -17,7 +17,8 @@ static const double level = 1e-3; // chance that a correct program fails a whole
 struct case_ {
     const char *name;
     int path_passes, bdpt_passes, particle_passes; // 0: this one cannot see the scene
-    double worst; // a block's standard error may be this share of the image's mean at most, else the test says nothing
+    double
+        worst; // a block's standard error may be this share of its own or the image's mean, else the test says nothing
 };
 static const struct case_ cases[] = {
     {"box_area", 128, 64, 512, 0.1},      {"rough_lamp", 512, 128, 512, 0.1}, {"glass_shell", 0, 384, 1024, 0.1},
@@ -64,8 +65,8 @@ static int compare(const char *scene, const char *a_name, const struct rendering
                                           : fabs(am - bm) > 1e-6 * scale ? INFINITY
                                                                          : 0;
         largest = fmax(largest, z);
-        largest_error = fmax(largest_error, error / scale);
-        if (z > limit || error > worst * scale) {
+        largest_error = fmax(largest_error, error / fmax(scale, am));
+        if (z > limit || error > worst * fmax(scale, am)) {
             failures++;
             print_error("%s: block (%d, %d) channel %d: %s %g +- %g, %s %g +- %g\n", scene, i / 3 % nx, i / 3 / nx,
                         i % 3, a_name, am, sqrt(av), b_name, bm, sqrt(bv));

@@ -54,7 +54,7 @@ static void test_sphere_irradiance(void **unused) {
         }
     double expected = sum / (n * n);
     check_mean(xml, &bdpt_integrator, 60, expected, 2e-3);
-    check_mean(xml, &particle_integrator, 20000, expected, 2e-3);
+    check_mean(xml, &particle_integrator, 60000, expected, 2e-3);
 }
 
 // Inside a glowing, reflecting sphere radiance is L (1 + rho + rho^2 ...): one term for each edge of max_depth.

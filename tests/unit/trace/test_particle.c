@@ -52,10 +52,10 @@ static struct tally trace_lamp(const char *xml, int n, int max_depth) {
             assert_false(scene_intersect(&scene, &ray, -1, &surface)); // left for ever
         } else
             assert_true(rgb_is_black(e.flux));
-        const float flux[3] = {e.flux.r, e.flux.g, e.flux.b};
+        const double flux[3] = {e.flux.r, e.flux.g, e.flux.b};
         for (int c = 0; c < 3; c++) {
             tally.mean[c] += flux[c] / n;
-            sum2[c] += (double)flux[c] * flux[c] / n;
+            sum2[c] += flux[c] * flux[c] / n;
         }
     }
     for (int c = 0; c < 3; c++) tally.error[c] = sqrt((sum2[c] - tally.mean[c] * tally.mean[c]) / n);
@@ -82,7 +82,7 @@ static void test_flux_of_one(void **unused) {
     struct tally tally =
         trace_lamp("<scene version='3.0.0'>" SPHERE("0", "0.5", BLACK GLOW("2", "1", "0.5")) "</scene>", 1000, -1);
     const double radiance[3] = {2, 1, 0.5};
-    for (int c = 0; c < 3; c++) assert_float_equal(tally.mean[c], radiance[c] * pi * 4 * pi * 0.25, 1e-3);
+    for (int c = 0; c < 3; c++) assert_true(fabs(tally.mean[c] - radiance[c] * pi * 4 * pi * 0.25) < 1e-3);
     assert_int_equal(tally.escaped, 1000);
 }
 
@@ -111,8 +111,8 @@ static void test_glass_keeps_flux(void **unused) {
                   "</scene>";
     struct tally tally = trace_lamp(xml, 20000, -1);
     double emitted = pi * 4 * pi * 0.04;
-    assert_float_equal(tally.min, emitted, 1e-3 * emitted);
-    assert_float_equal(tally.max, emitted, 1e-3 * emitted);
+    assert_true(fabs(tally.min - emitted) < 1e-3 * emitted);
+    assert_true(fabs(tally.max - emitted) < 1e-3 * emitted);
     assert_true(tally.mean[0] < emitted && tally.mean[0] > 0.5 * emitted); // light reflected onto the black emitter
 }
 
@@ -183,7 +183,7 @@ static void test_splats_follow_the_filter(void **unused) {
                 vec2 p = film_sample_position(&sensor, 1 + i % 7, 1 + i / 7, sampler_2d(&sampler));
                 expected[i] += (p.x >= 0 && p.x < 1 && p.y >= 0 && p.y < 1 ? p.x + 2 : 0) / (double)m;
             }
-            assert_float_equal(splatted[i], expected[i], 0.12 * expected[i] + 1e-3);
+            assert_true(fabs(splatted[i] - expected[i]) < 0.12 * expected[i] + 1e-3);
         }
         splat_list_fini(&list);
     }
