@@ -95,7 +95,7 @@ static enum status load_baked(struct loader *loader, const struct object *object
     scene->luminaire_count = count + 1;
     if (shape->keep == KEEP_NONE && shape->appearance == APPEARANCE_NEURAL) return STATUS_OK;
 
-    const char *source = luminaire_metadata(luminaire, "source");
+    const char *source = luminaire_metadata(luminaire, "bake.source");
     char geometry[PATH_MAX];
     if (shape->geometry)
         path_resolve(geometry, sizeof geometry, object->place.file, shape->geometry);

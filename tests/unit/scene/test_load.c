@@ -9,6 +9,7 @@
 #include <unistd.h>
 #include <cmocka.h>
 
+#include "luminaire/build.h"
 #include "scene/help.h"
 #include "scene/scene.h"
 
@@ -151,6 +152,83 @@ static void test_lamp_as_geometry(void **state) {
     scene_fini(&scene);
 }
 
+// The smallest baked lamp: what its light field holds does not matter here.
+static void write_baked(const char *name, const char *source) {
+    static struct line_sample samples[256];
+    static struct line_exit exits[256];
+    const struct proxy proxy = {.kind = PROXY_SPHERE, .radius = 1.5f};
+    const struct light_field_options options = {
+        .proxy = proxy, .anchor_radius = 0.1f, .radiance_unit = 1, .use_grid4 = true, .log2_entries = 14, .steps = 1};
+    for (int i = 0; i < 256; i++) {
+        float angle = 0.1f * (float)i;
+        samples[i] = (struct line_sample){{cosf(angle), sinf(angle), 0}, {cosf(angle), sinf(angle), 0}, 1, {1, 1, 1}};
+        exits[i] =
+            (struct line_exit){{1.5f * cosf(angle), 1.5f * sinf(angle), 0}, {cosf(angle), sinf(angle), 0}, {1, 1, 1}};
+    }
+    struct light_field *field;
+    struct sampling_density *density;
+    struct luminaire *luminaire;
+    expect_ok(light_field_create(&field, &options, &error));
+    light_field_train(field, samples, 256, 1, NULL);
+    expect_ok(sampling_density_build(&density, &proxy, NULL, 0, exits, 256, 1, 1, &error));
+    const char *const key = "bake.source";
+    expect_ok(luminaire_assemble(&luminaire, &proxy, field, NULL, density, (const float[3]){1, 1, 1}, &key, &source, 1,
+                                 &error));
+    expect_ok(luminaire_save(luminaire, in_folder(name), &error));
+    luminaire_destroy(luminaire);
+}
+
+static void test_baked_lamp(void **state) {
+    (void)state;
+    write_baked("lamp.safetensors", "lamp.xml");
+    write_file(
+        "lamp.xml",
+        "<scene version=\"3.0.0\"><shape type=\"sphere\"><bsdf type=\"dielectric\"/></shape><shape type=\"disk\"/>"
+        "<shape type=\"rectangle\"><emitter type=\"area\"/></shape></scene>");
+    static const struct {
+        const char *parameters;
+        size_t shapes, emitters;
+        enum keep_geometry keep;
+        enum appearance appearance;
+    } cases[] = {
+        {"", 0, 0, KEEP_NONE, APPEARANCE_NEURAL},
+        {"<string name=\"keep\" value=\"opaque\"/>", 1, 0, KEEP_OPAQUE, APPEARANCE_NEURAL},
+        {"<string name=\"keep\" value=\"all\"/>", 3, 1, KEEP_ALL, APPEARANCE_NEURAL},
+        {"<string name=\"appearance\" value=\"geometry\"/>", 3, 1, KEEP_NONE, APPEARANCE_GEOMETRY},
+        {"<string name=\"keep\" value=\"opaque\"/><string name=\"geometry\" value=\"lamp.xml\"/>", 1, 0, KEEP_OPAQUE,
+         APPEARANCE_NEURAL},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char text[1000];
+        snprintf(text, sizeof text,
+                 "<shape type=\"luminaire\"><string name=\"filename\" value=\"lamp.safetensors\"/></shape>"
+                 "<shape type=\"luminaire\"><string name=\"filename\" value=\"lamp.safetensors\"/>%s<transform "
+                 "name=\"toWorld\">"
+                 "<scale value=\"2\"/><rotate y=\"1\" angle=\"90\"/><translate x=\"9\"/></transform></shape>",
+                 cases[i].parameters);
+        expect_ok(load_text(text, (struct scene_options){0}));
+        assert_int_equal(scene.luminaire_count, 2);
+        assert_ptr_equal(scene.luminaires[0].luminaire, scene.luminaires[1].luminaire);
+        const struct luminaire_instance *instance = &scene.luminaires[1];
+        assert_float_equal(instance->scale, 2, 1e-5);
+        assert_int_equal(instance->keep, cases[i].keep);
+        assert_int_equal(instance->appearance, cases[i].appearance);
+        assert_int_equal(scene.shape_count, cases[i].shapes);
+        assert_int_equal(scene.emitter_count, cases[i].emitters);
+        for (size_t k = 0; k < scene.shape_count; k++) {
+            assert_int_equal(scene.shapes[k]->luminaire, 1);
+            assert_true(scene.shapes[k]->to_world.m[0][3] == 9);
+        }
+        scene_fini(&scene);
+    }
+    unlink(in_folder("lamp.xml"));
+    assert_int_equal(load_text("<shape type=\"luminaire\"><string name=\"filename\" "
+                               "value=\"lamp.safetensors\"/><string name=\"keep\" value=\"all\"/></shape>",
+                               (struct scene_options){0}),
+                     STATUS_IO);
+    unlink(in_folder("lamp.safetensors"));
+}
+
 static void test_lamp_only(void **state) {
     (void)state;
     expect_ok(load_text(
@@ -266,10 +344,15 @@ static int remove_folder(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_settings),         cmocka_unit_test(test_defaults_and_unknown_integrator),
-        cmocka_unit_test(test_lamp_only),        cmocka_unit_test(test_shapes_and_references),
-        cmocka_unit_test(test_missing_files),    cmocka_unit_test(test_lamp_as_geometry),
-        cmocka_unit_test(test_errors),           cmocka_unit_test(test_help),
+        cmocka_unit_test(test_settings),
+        cmocka_unit_test(test_defaults_and_unknown_integrator),
+        cmocka_unit_test(test_baked_lamp),
+        cmocka_unit_test(test_lamp_only),
+        cmocka_unit_test(test_shapes_and_references),
+        cmocka_unit_test(test_missing_files),
+        cmocka_unit_test(test_lamp_as_geometry),
+        cmocka_unit_test(test_errors),
+        cmocka_unit_test(test_help),
         cmocka_unit_test(test_published_scenes),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
