@@ -101,6 +101,19 @@ static struct object *child_or_default(const struct loader *loader, struct objec
     return child;
 }
 
+// The whole film in the size that the caller asked for; the crop is scaled with it.
+static void resize_film(struct sensor *sensor, int width, int height) {
+    double sx = (double)width / sensor->width, sy = (double)height / sensor->height;
+    int x1 = (int)((sensor->crop_x + sensor->crop_width) * sx + 0.5);
+    int y1 = (int)((sensor->crop_y + sensor->crop_height) * sy + 0.5);
+    sensor->crop_x = (int)(sensor->crop_x * sx);
+    sensor->crop_y = (int)(sensor->crop_y * sy);
+    sensor->crop_width = x1 > sensor->crop_x ? x1 - sensor->crop_x : 1;
+    sensor->crop_height = y1 > sensor->crop_y ? y1 - sensor->crop_y : 1;
+    sensor->width = width;
+    sensor->height = height;
+}
+
 static enum status read_film(const struct loader *loader, struct object *film, struct sensor *sensor) {
     static const char *const tags[] = {"rfilter", NULL};
     enum status status = load_check_children(loader, film, tags);
@@ -112,6 +125,8 @@ static enum status read_film(const struct loader *loader, struct object *film, s
         sensor->crop_height > sensor->height - sensor->crop_y)
         return error_at(loader->error, film->place, "the crop does not lie within the image of %d x %d", sensor->width,
                         sensor->height);
+    if (loader->options->width > 0 && loader->options->height > 0)
+        resize_film(sensor, loader->options->width, loader->options->height);
     return STATUS_OK;
 }
 

@@ -104,15 +104,15 @@ class Program(unittest.TestCase):
 
     def test_errors_have_their_place(self):
         cases = {
-            "misspelt parameter": (ROOM.replace('name="radius"', 'name="raduis"'), ["room.xml:15:", "raduis", "radius"]),
-            "misspelt type": (ROOM.replace('type="diffuse"', 'type="difuse"'), ["room.xml:12:", "difuse", "diffuse"]),
-            "undefined reference": (ROOM.replace("<bsdf type", '<ref id="nobody"/><bsdf type'), ["room.xml:12:", "nobody"]),
-            "undefined variable": (ROOM.replace('value="0.2"', 'value="$size"'), ["room.xml:15:", "size"]),
-            "not a number": (ROOM.replace('value="0.2"', 'value="nan"'), ["room.xml:15:", "nan"]),
-            "out of range": (ROOM.replace('value="0.2"', 'value="-1"'), ["room.xml:15:", "radius"]),
+            "misspelt parameter": (ROOM.replace('name="radius"', 'name="raduis"'), ["room.xml:14:", "raduis", "radius"]),
+            "misspelt type": (ROOM.replace('type="diffuse"', 'type="difuse"'), ["room.xml:11:", "difuse", "diffuse"]),
+            "undefined reference": (ROOM.replace("<bsdf type", '<ref id="nobody"/><bsdf type'), ["room.xml:11:", "nobody"]),
+            "undefined variable": (ROOM.replace('value="0.2"', 'value="$size"'), ["room.xml:14:", "size"]),
+            "not a number": (ROOM.replace('value="0.2"', 'value="nan"'), ["room.xml:14:", "nan"]),
+            "out of range": (ROOM.replace('value="0.2"', 'value="-1"'), ["room.xml:14:", "radius"]),
             "broken markup": (ROOM.replace("</shape>\n</scene>", "</scene>"), ["room.xml:"]),
             "missing mesh": (ROOM.replace('<shape type="sphere">', '<shape type="obj"><string name="filename" value="gone.obj"/></shape><shape type="sphere">'),
-                             ["room.xml:14:", "gone.obj"]),
+                             ["room.xml:13:", "gone.obj"]),
             "cyclic include": (ROOM.replace("<shape type=\"rect", '<include filename="room.xml"/><shape type="rect'), ["room.xml:", "include"]),
         }
         for name, (text, expected) in cases.items():
