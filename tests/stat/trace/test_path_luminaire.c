@@ -1,7 +1,7 @@
 // How baked lamps compose with a room. This program has its own luminaire, whose light field is known in closed form,
-// in place of the baked one: a black sphere that glows, over a diffuse plate. So every way of composing it has to give
-// the same image as the lamp's geometry itself, path traced with its emitter on (Le on the sphere; on the plate
-// rho / pi E with E = pi Le (r / d)^2 cos of a sphere wholly above the horizon; nothing gets through either).
+// in place of the baked one: two black spheres that glow, above and below a diffuse plate. So every way of composing it
+// has to give the same image as the lamp's geometry itself, path traced with its emitters on (Le on the spheres; on the
+// plate rho / pi E with E = pi Le (r / d)^2 cos of a sphere wholly above the horizon; nothing gets through either).
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -21,8 +21,8 @@ struct luminaire {
     float albedo; // of the plate
 };
 
-static const float sphere_z = 0.35f, sphere_radius = 0.25f, plate_z = -0.3f, plate_half = 0.6f;
-static const rgb sphere_radiance = {30, 20, 10};
+static const float sphere_z = 0.6f, sphere_radius = 0.25f, plate_half = 0.6f; // plate at z = 0, spheres at +-sphere_z
+static const rgb sphere_radiance = {6, 4, 2};
 static struct luminaire the_luminaire;
 
 enum status luminaire_load(struct luminaire **luminaire, const char *path, struct error *error) {
@@ -46,7 +46,7 @@ void luminaire_bounds(const struct luminaire *luminaire, float center[3], float 
 }
 void luminaire_flux(const struct luminaire *luminaire, float flux[3]) {
     (void)luminaire;
-    float area = 4 * PI_F * sphere_radius * sphere_radius;
+    float area = 2 * 4 * PI_F * sphere_radius * sphere_radius;
     flux[0] = PI_F * area * sphere_radiance.r;
     flux[1] = PI_F * area * sphere_radiance.g;
     flux[2] = PI_F * area * sphere_radiance.b;
@@ -69,19 +69,21 @@ int luminaire_span(const struct luminaire *luminaire, const float origin[3], con
     return span(vec3_from(origin), vec3_from(direction), (vec3){0, 0, 0}, 1, t_near, t_far);
 }
 
-// First surface on the line, seen from outside against w: 0 none, 1 sphere, 2 plate from above, 3 plate from below.
+// First surface on the line, seen from outside against w: 0 none, 1 sphere, 2 plate.
 static int first_hit(const float point[3], const float w[3], vec3 *p) {
     vec3 direction = vec3_neg(vec3_from(w));
     float t_near, t_far, t_plate = INFINITY, t_sphere = INFINITY;
-    if (span(vec3_from(point), direction, (vec3){0, 0, sphere_z}, sphere_radius, &t_near, &t_far)) t_sphere = t_near;
+    for (int side = -1; side <= 1; side += 2)
+        if (span(vec3_from(point), direction, (vec3){0, 0, side * sphere_z}, sphere_radius, &t_near, &t_far))
+            t_sphere = fminf(t_sphere, t_near);
     if (direction.z != 0) {
-        t_plate = (plate_z - point[2]) / direction.z;
+        t_plate = -point[2] / direction.z;
         vec3 at = vec3_mad(direction, t_plate, vec3_from(point));
         if (fabsf(at.x) > plate_half || fabsf(at.y) > plate_half) t_plate = INFINITY;
     }
     if (isinf(t_plate) && isinf(t_sphere)) return 0;
     *p = vec3_mad(direction, fminf(t_plate, t_sphere), vec3_from(point));
-    return t_sphere < t_plate ? 1 : direction.z < 0 ? 2 : 3;
+    return t_sphere < t_plate ? 1 : 2;
 }
 
 void luminaire_eval(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
@@ -91,8 +93,8 @@ void luminaire_eval(const struct luminaire *luminaire, size_t n, const float (*p
         int hit = first_hit(point[i], w[i], &p);
         float scale = hit == 1;
         if (hit == 2) {
-            float height = sphere_z - plate_z, d2 = p.x * p.x + p.y * p.y + height * height;
-            scale = luminaire->albedo * sphere_radius * sphere_radius / d2 * height / sqrtf(d2);
+            float d2 = p.x * p.x + p.y * p.y + sphere_z * sphere_z;
+            scale = luminaire->albedo * sphere_radius * sphere_radius / d2 * sphere_z / sqrtf(d2);
         }
         radiance[i][0] = scale * sphere_radiance.r;
         radiance[i][1] = scale * sphere_radiance.g;
@@ -158,20 +160,21 @@ static const char *const room =
                "value='0.2'/></bsdf></shape>"
                "<shape type='sphere'><point name='center' x='-1' y='-0.5' z='3.2'/><float name='radius' "
                "value='0.2'/>" DIFFUSE(
-                   "0") "<emitter type='area'><rgb name='radiance' value='8'/></emitter></shape>"
-                        // within the proxy but outside the lamp, all of which lies ahead of it on chords through the proxy
+                   "0") "<emitter type='area'><rgb name='radiance' value='25'/></emitter></shape>"
+                        // within the proxy but outside the lamp, all of which lies ahead of it on chords through the
+                        // proxy
                         "<shape type='sphere'><point name='center' x='0.8' y='-0.5' z='1.25'/><float name='radius' "
                         "value='0.12'/>" DIFFUSE("0.8") "</shape>"
                                                         "%s</scene>";
 
-static const char *const lamp =
-    "<scene version='3.0.0'><shape type='sphere'><transform name='to_world'><scale "
-    "value='0.25'/><translate z='0.35'/></transform>" DIFFUSE(
-        "0") "<emitter type='area'><rgb name='radiance' value='30 20 "
-             "10'/></emitter></shape>"
-             "<shape type='rectangle'><transform name='to_world'><scale "
-             "x='0.6' y='0.6' z='1'/><translate z='-0.3'/></transform><bsdf type='diffuse'><rgb name='reflectance' "
-             "value='%g'/></bsdf></shape></scene>";
+#define BULB(z)                                                                                                        \
+    "<shape type='sphere'><transform name='to_world'><scale value='0.25'/><translate z='" z                            \
+    "'/></transform>" DIFFUSE("0") "<emitter type='area'><rgb name='radiance' value='6 4 2'/></emitter></shape>"
+
+static const char *const lamp = "<scene version='3.0.0'>" BULB("0.6")
+    BULB("-0.6") "<shape type='rectangle'><transform name='to_world'><scale x='0.6' y='0.6' z='1'/></transform><bsdf "
+                 "type='twosided'>"
+                 "<bsdf type='diffuse'><rgb name='reflectance' value='%g'/></bsdf></bsdf></shape></scene>";
 
 static const char *const placed_lamp = "<shape type='luminaire'><string name='filename' value='%s'/>%s<transform "
                                        "name='to_world'><rotate x='1' angle='25'/>"
