@@ -1,7 +1,7 @@
 // Light from all around the scene by an equirectangular image, with Mitsuba 3's orientation and interpolation: column
 // u = atan2(x, -z) / 2 pi (periodic, texel centres at half integers), row v = acos(y) / pi (the first and the last row
-// lie on the poles). Importance sampled by the mean brightness of each interpolation cell times sin(theta); theta is
-// uniform within a cell.
+// lie on the poles). Importance sampled by the flux of each interpolation cell, uniform in both angles within
+// it.
 #include "base/file.h"
 #include "image/image.h"
 #include "scene/distribution_arena.h"
@@ -60,18 +60,27 @@ static enum status envmap_copy(struct envmap_emitter *self, const struct image *
     return STATUS_OK;
 }
 
+// The integrals over the rows theta0..theta1 of sin(theta) times the weights of the upper and of the lower row of
+// texels.
+static void row_integrals(size_t y, size_t rows, double *upper, double *lower) {
+    double step = 3.14159265358979323846 / (double)rows, theta0 = step * (double)y, theta1 = step * (double)(y + 1);
+    *lower = (sin(theta1) - sin(theta0)) / step - cos(theta1);
+    *upper = cos(theta0) - cos(theta1) - *lower;
+}
+
 static enum status envmap_build_cells(struct envmap_emitter *self, struct commit_context *context,
                                       struct error *error) {
     size_t w = self->width, rows = self->height - 1;
     float *weights = arena_alloc(context->arena, w * rows, sizeof *weights);
     if (!weights) return error_set(error, STATUS_MEMORY, "out of memory for the environment map %s", self->filename);
     for (size_t y = 0; y < rows; ++y) {
-        float sine = sinf(PI_F * ((float)y + 0.5f) / (float)rows);
+        double upper, lower;
+        row_integrals(y, rows, &upper, &lower);
+        const rgb *row = self->pixels + y * w;
         for (size_t x = 0; x < w; ++x) {
-            const rgb *row = self->pixels + y * w;
             size_t next = (x + 1) % w;
-            float sum = rgb_mean(row[x]) + rgb_mean(row[next]) + rgb_mean(row[w + x]) + rgb_mean(row[w + next]);
-            weights[y * w + x] = 0.25f * sum * sine;
+            weights[y * w + x] = (float)upper * (rgb_mean(row[x]) + rgb_mean(row[next])) +
+                                 (float)lower * (rgb_mean(row[w + x]) + rgb_mean(row[w + next]));
         }
     }
     return distribution2d_init_arena(&self->cells, weights, w, rows, context->arena, error);
@@ -102,17 +111,19 @@ static enum status envmap_ready(struct emitter *emitter, struct commit_context *
     (void)context, (void)error;
     const struct envmap_emitter *self = (const struct envmap_emitter *)emitter;
     size_t w = self->width, rows = self->height - 1;
-    double sum[3] = {0};
-    for (size_t y = 0; y <= rows; ++y) { // trapezoids in theta
-        double sine = sin(3.14159265358979323846 * (double)y / (double)rows);
-        if (rows == 1) sine = 0.6366197723675814; // the mean of the sine
+    double cell = 2 * 3.14159265358979323846 / (double)w;
+    rgb flux = {0};
+    for (size_t y = 0; y < rows; ++y) {
+        double upper, lower, sum[3] = {0};
+        row_integrals(y, rows, &upper, &lower);
         for (size_t x = 0; x < w; ++x) {
-            rgb v = self->pixels[y * w + x];
-            sum[0] += sine * (double)v.r, sum[1] += sine * (double)v.g, sum[2] += sine * (double)v.b;
+            rgb a = self->pixels[y * w + x], b = self->pixels[(y + 1) * w + x];
+            sum[0] += upper * (double)a.r + lower * (double)b.r;
+            sum[1] += upper * (double)a.g + lower * (double)b.g;
+            sum[2] += upper * (double)a.b + lower * (double)b.b;
         }
+        flux = rgb_add(flux, rgb_make((float)(sum[0] * cell), (float)(sum[1] * cell), (float)(sum[2] * cell)));
     }
-    double cell = 2 * 3.14159265358979323846 / (double)w * 3.14159265358979323846 / (double)(rows == 1 ? 2 : rows);
-    rgb flux = rgb_make((float)(sum[0] * cell), (float)(sum[1] * cell), (float)(sum[2] * cell));
     emitter->power = rgb_scale(flux, 1 / bounds_disk_pdf(&emitter->bounds));
     return STATUS_OK;
 }
