@@ -40,7 +40,11 @@ static bool declares(const struct param *params, const char *name) {
 
 static char *type_page(struct arena *arena, const struct plugin_view *view) {
     char *text = arena_printf(arena, "<%s type=\"%s\">: %s\n", view->tag, view->name, view->help ? view->help : "");
-    bool any = false;
+    bool any = view->max_nested > 0;
+    if (text && any && view->min_nested == view->max_nested)
+        text = arena_printf(arena, "%s  nested bsdfs: %d\n", text, view->max_nested);
+    else if (text && any)
+        text = arena_printf(arena, "%s  nested bsdfs: %d to %d\n", text, view->min_nested, view->max_nested);
     for (const struct param *p = view->params; text && p && p->name; p++, any = true)
         text = append_param(arena, text, p);
     for (const struct param *p = view->common; text && p && p->name; p++)

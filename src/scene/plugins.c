@@ -17,15 +17,15 @@ const char *const plugin_tags[] = {"shape", "bsdf",    "texture", "emitter", "se
 
 // Objects whose types differ in name only, or that are read straight into the scene.
 static const struct plugin_view fixed_plugins[] = {
-    {"integrator", "path", "path tracing with next-event estimation", integrator_params, NULL},
-    {"integrator", "bdpt", "bidirectional path tracing", integrator_params, NULL},
-    {"integrator", "particle", "particle tracing from the lights", integrator_params, NULL},
-    {"film", "hdrfilm", "size and crop of the image; other films are read alike", film_params, NULL},
-    {"sampler", "independent", "samples per pixel; other samplers are read alike", sampler_params, NULL},
-    {"rfilter", "gaussian", "truncated at four standard deviations", rfilter_params, NULL},
-    {"rfilter", "box", "one pixel wide", rfilter_params, NULL},
-    {"rfilter", "tent", "a triangle, two pixels wide", rfilter_params, NULL},
-    {"medium", "homogeneous", "absorption inside a shape, without scattering", medium_params, NULL},
+    {"integrator", "path", "path tracing with next-event estimation", integrator_params, .common = NULL},
+    {"integrator", "bdpt", "bidirectional path tracing", integrator_params, .common = NULL},
+    {"integrator", "particle", "particle tracing from the lights", integrator_params, .common = NULL},
+    {"film", "hdrfilm", "size and crop of the image; other films are read alike", film_params, .common = NULL},
+    {"sampler", "independent", "samples per pixel; other samplers are read alike", sampler_params, .common = NULL},
+    {"rfilter", "gaussian", "truncated at four standard deviations", rfilter_params, .common = NULL},
+    {"rfilter", "box", "one pixel wide", rfilter_params, .common = NULL},
+    {"rfilter", "tent", "a triangle, two pixels wide", rfilter_params, .common = NULL},
+    {"medium", "homogeneous", "absorption inside a shape, without scattering", medium_params, .common = NULL},
 };
 
 static bool fixed_plugin_at(const char *tag, size_t index, struct plugin_view *view) {
@@ -43,16 +43,20 @@ static bool fixed_plugin_at(const char *tag, size_t index, struct plugin_view *v
         while (table[count]) count++;                                                                                  \
         if (index < count)                                                                                             \
             *view = (struct plugin_view){tag, table[index]->name, table[index]->help, table[index]->params,            \
-                                         common_params};                                                               \
+                                         .common = common_params};                                                     \
         found = index < count;                                                                                         \
         index -= found ? 0 : count;                                                                                    \
     } while (0)
 
 bool plugin_at(const char *tag, size_t index, struct plugin_view *view) {
     bool found = false;
-    if (!strcmp(tag, "bsdf"))
+    if (!strcmp(tag, "bsdf")) {
         VIEW_OF(bsdf_table, NULL);
-    else if (!strcmp(tag, "texture"))
+        if (found) {
+            view->min_nested = bsdf_table[index]->min_children;
+            view->max_nested = bsdf_table[index]->max_children;
+        }
+    } else if (!strcmp(tag, "texture"))
         VIEW_OF(texture_table, NULL);
     else if (!strcmp(tag, "emitter"))
         VIEW_OF(emitter_table, NULL);
@@ -62,7 +66,7 @@ bool plugin_at(const char *tag, size_t index, struct plugin_view *view) {
         VIEW_OF(shape_table, shape_common_params);
         if (!found && index == 0) {
             *view = (struct plugin_view){tag, "luminaire", "a lamp: its XML as geometry, or its baked file",
-                                         luminaire_params, NULL};
+                                         luminaire_params, .common = NULL};
             found = true;
         }
     } else

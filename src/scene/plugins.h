@@ -9,6 +9,7 @@
 struct plugin_view {
     const char *tag, *name, *help;
     const struct param *params, *common; // common: what every plugin of the tag takes besides; or NULL
+    int min_nested, max_nested; // bsdfs: how many stand inside
 };
 
 extern const char *const plugin_tags[]; // "bsdf", "shape", "emitter", "texture", "sensor", ...; ends with NULL

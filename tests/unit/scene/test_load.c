@@ -306,6 +306,7 @@ static void test_help(void **state) {
     assert_non_null(strstr(all, "perspective"));
     assert_non_null(strstr(page, "reflectance"));
     assert_non_null(strstr(help_text(&arena, "shape", "sphere"), "to_world"));
+    assert_non_null(strstr(help_text(&arena, "bsdf", "twosided"), "nested bsdfs: 1 to 2"));
     assert_non_null(strstr(wrong, "did you mean 'diffuse'?"));
     assert_true(help_knows("bsdf", "diffuse") && help_knows("shape", NULL) && help_knows(NULL, NULL));
     assert_false(help_knows("bsdf", "difuse") || help_knows("bsfd", NULL));
