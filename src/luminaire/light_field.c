@@ -5,11 +5,15 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "net/kernel.h"
 
 static const float dim = 0.1f; // radiance below which the weight falls off, in radiance units
 static const float z_max = 8, z_min = -12; // beyond, only gradients that lead back count
+
+// A NaN, which only a file with absurd weights can give, becomes darkness.
+static float clamp_log(float z) { return z > z_min ? (z < z_max ? z : z_max) : z_min; }
 
 enum status light_field_create(struct light_field **field, const struct light_field_options *options,
                                struct error *error) {
@@ -76,8 +80,7 @@ static void job_encode(const void *user, size_t first, int count, struct grid_in
 static double light_loss(const void *user, size_t first, int count, const float *z, float *d_z) {
     const struct job *job = user;
     _Alignas(64) float radiance[FIELD_OUTPUTS * NET_LANES];
-    for (int i = 0; i < FIELD_OUTPUTS * NET_LANES; i++)
-        radiance[i] = z[i] > z_max ? z_max : z[i] < z_min ? z_min : z[i];
+    for (int i = 0; i < FIELD_OUTPUTS * NET_LANES; i++) radiance[i] = clamp_log(z[i]);
     kernel_best()->exponential(radiance, FIELD_OUTPUTS * NET_LANES);
     double loss = 0;
     for (int c = 0; c < FIELD_OUTPUTS; c++)
@@ -112,7 +115,7 @@ void light_field_eval(const struct light_field *field, size_t n, const float (*p
         _Alignas(64) float z[FIELD_OUTPUTS * NET_LANES];
         float hit[NET_LANES];
         field_net_eval(&field->net, count, point + first, w + first, z, hit);
-        for (int i = 0; i < FIELD_OUTPUTS * NET_LANES; i++) z[i] = z[i] > z_max ? z_max : z[i] < z_min ? z_min : z[i];
+        for (int i = 0; i < FIELD_OUTPUTS * NET_LANES; i++) z[i] = clamp_log(z[i]);
         kernel_best()->exponential(z, FIELD_OUTPUTS * NET_LANES);
         for (int l = 0; l < count; l++)
             for (int c = 0; c < 3; c++)
@@ -157,10 +160,18 @@ void transparency_destroy(struct transparency *t) {
     free(t);
 }
 
-static float sigmoid(float z) { return 1 / (1 + expf(-z)); }
+// In place; a NaN becomes 0.
+static void sigmoid(float *z, size_t count) {
+    for (size_t i = 0; i < count; i++) z[i] = z[i] > -40 ? (z[i] < 40 ? -z[i] : -40) : 40;
+    kernel_best()->exponential(z, count);
+    for (size_t i = 0; i < count; i++) z[i] = 1 / (1 + z[i]);
+}
 
 static double transparency_loss(const void *user, size_t first, int count, const float *z, float *d_z) {
     const struct job *job = user;
+    _Alignas(64) float value[FIELD_OUTPUTS * NET_LANES];
+    memcpy(value, z, sizeof value);
+    sigmoid(value, FIELD_OUTPUTS * NET_LANES);
     double loss = 0;
     for (int c = 0; c < FIELD_OUTPUTS; c++)
         for (int l = 0; l < NET_LANES; l++) {
@@ -168,7 +179,7 @@ static double transparency_loss(const void *user, size_t first, int count, const
             d_z[i] = 0;
             if (l >= count) continue;
             const struct line_sample *sample = &job->samples[first + (size_t)l];
-            float t = sigmoid(z[i]), difference = t - sample->target[c];
+            float t = value[i], difference = t - sample->target[c];
             d_z[i] = sample->mass * difference * t * (1 - t);
             loss += (double)(sample->mass * difference * difference);
         }
@@ -191,8 +202,8 @@ void transparency_eval(const struct transparency *t, size_t n, const float (*poi
         _Alignas(64) float z[FIELD_OUTPUTS * NET_LANES];
         float hit[NET_LANES];
         field_net_eval(&t->net, count, point + first, w + first, z, hit);
+        sigmoid(z, FIELD_OUTPUTS * NET_LANES);
         for (int l = 0; l < count; l++)
-            for (int c = 0; c < 3; c++)
-                transmittance[first + (size_t)l][c] = hit[l] > 0 ? sigmoid(z[c * NET_LANES + l]) : 1;
+            for (int c = 0; c < 3; c++) transmittance[first + (size_t)l][c] = hit[l] > 0 ? z[c * NET_LANES + l] : 1;
     }
 }
