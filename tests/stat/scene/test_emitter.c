@@ -174,8 +174,9 @@ static void samples_are_consistent(void **state) {
             vec2 u = sampler_2d(&s), v = sampler_2d(&s);
             if (!delta && e->type->sample_light(e, cases[i].p, u, &light)) {
                 const struct surface *on = e->shape ? &light.surface : NULL;
+                // Near an environment map's poles the density is 1 / sin(theta): a direction's rounding changes it.
                 double pdf = (double)e->type->pdf_light(e, cases[i].p, on, light.direction);
-                close_to("light pdf", cases[i].text, pdf, (double)light.pdf_sa, 2e-3 * pdf);
+                close_to("light pdf", cases[i].text, pdf, (double)light.pdf_sa, 2e-3 * pdf + 3e-6 * pdf * pdf);
                 rgb radiance = e->type->eval(e, on, vec3_neg(light.direction));
                 close_to("light radiance", cases[i].text, (double)radiance.g, (double)light.radiance.g, 1e-3);
             }
@@ -185,7 +186,7 @@ static void samples_are_consistent(void **state) {
             e->type->pdf_emission(e, e->shape ? &sample.surface : NULL, sample.ray.direction, &pdf_position,
                                   &pdf_direction);
             close_to("emission pdf", cases[i].text, (double)pdf_direction, (double)sample.pdf_direction,
-                     2e-3 * (double)pdf_direction);
+                     2e-3 * (double)pdf_direction + 3e-6 * (double)(pdf_direction * pdf_direction));
             close_to("position pdf", cases[i].text, (double)pdf_position, (double)sample.pdf_position,
                      1e-6 * (double)pdf_position);
             double weight =
