@@ -284,7 +284,8 @@ static enum status read_density(const struct reader *reader, const struct proxy 
         float sum = 0;
         for (int k = 0; k < CONE_COUNT; k++) {
             sum += cones[1][k];
-            if (!(cones[0][k] > 0) || !(cones[0][k] <= proxy->radius) || !(cones[1][k] >= 0))
+            if (!(cones[0][k] > 0) || !(cones[0][k] <= proxy->radius) || !(cones[1][k] >= 0) ||
+                (k > 0 && cones[0][k] < cones[0][k - 1]))
                 return fail(reader, "a sampling cone is out of range");
         }
         if (!(fabsf(sum - 1) < 1e-3f)) return fail(reader, "the sampling cones' shares do not sum to 1");

@@ -35,7 +35,7 @@ struct sampling_density {
     int anchor_count;
     float (*anchors)[3];
     float *intensity; // [anchor][INTENSITY_CELLS] mean radiant intensity towards the octahedral cells
-    float cone_radius[CONE_COUNT], cone_share[CONE_COUNT]; // [length] about the anchor; shares sum to 1
+    float cone_radius[CONE_COUNT], cone_share[CONE_COUNT]; // [length] about the anchor, ascending; shares sum to 1
 };
 
 size_t sampling_cell_count(const struct sampling_density *density);

@@ -68,11 +68,11 @@ static float mixture_pdf(const struct sampling_density *density, const struct mi
         float height =
             along > 0 ? across2 / (distance2 + along * distance) : 2 - across2 / (distance2 - along * distance);
         if (distance2 < 1e-30f) height = 0;
-        for (int k = 0; k < CONE_COUNT; k++) {
+        for (int k = CONE_COUNT - 1; k >= 0; k--) { // nested: the widest first
             float rim = cone_height(density->cone_radius[k], fmaxf(distance2, 1e-30f));
             // A little beyond the rim: what rounding may do to a sample of the cone.
-            if (height <= rim * (1 + 1e-4f) + 3e-7f * sqrtf(rim))
-                sum += mixture->weight[i] * density->cone_share[k] / (2 * PI_F * rim);
+            if (height > rim * (1 + 1e-4f) + 3e-7f * sqrtf(rim)) break;
+            sum += mixture->weight[i] * density->cone_share[k] / (2 * PI_F * rim);
         }
     }
     return pdf + mixture->anchor_share * sum;

@@ -10,54 +10,61 @@
 
 typedef float vfloat __attribute__((vector_size(4 * VECTOR_LANES), may_alias));
 typedef int32_t vint __attribute__((vector_size(4 * VECTOR_LANES), may_alias));
+typedef uint32_t vuint __attribute__((vector_size(4 * VECTOR_LANES), may_alias)); // keys wrap around
 enum { PARTS = NET_LANES / VECTOR_LANES };
 
 static inline vfloat splat(float v) { return v - (vfloat){0}; }
 
 // --- Grids ---
 
+static inline vint pick(vint mask, vint a, vint b) { return (a & mask) | (b & ~mask); }
+
+// Exchanges a and b, and what goes with them, where a < b.
+static inline void order(vfloat *a, vfloat *b, vint *with_a, vint *with_b) {
+    vint mask = *a < *b;
+    vint swap = ((vint)*a ^ (vint)*b) & mask, swap_with = (*with_a ^ *with_b) & mask;
+    *a = (vfloat)((vint)*a ^ swap);
+    *b = (vfloat)((vint)*b ^ swap);
+    *with_a ^= swap_with;
+    *with_b ^= swap_with;
+}
+
 static inline __attribute__((always_inline)) void index_lookup(int dims, const struct grid_level *level,
                                                                const float (*set)[NET_LANES], const int32_t *slice,
                                                                int32_t *index, float *weight) {
-    const float resolution = (float)level->resolution;
-    const int32_t last = level->resolution - 1;
-    const uint32_t mask = level->mask, offset = level->offset, slice_entries = level->slice_entries;
-    const uint32_t stride[4] = {level->stride[0], level->stride[1], level->stride[2], level->stride[3]};
-    for (int l = 0; l < NET_LANES; l++) {
-        float f[4] = {0};
-        uint32_t s[4] = {0}, key = 0;
+    const vint zero = {0}, last = zero + (level->resolution - 1);
+    for (int part = 0; part < NET_LANES; part += VECTOR_LANES) {
+        vfloat f[4];
+        vint s[4];
+        vuint key = {0};
         for (int a = 0; a < dims; a++) {
-            float p = set[a][l];
-            p = p > 0 ? p : 0; // also turns a NaN into 0
-            p = (p < 1 ? p : 1) * resolution;
-            int32_t cell = (int32_t)p;
-            cell = cell < last ? cell : last;
-            f[a] = p - (float)cell;
-            s[a] = stride[a];
-            key += (uint32_t)cell * stride[a];
+            vfloat p = *(const vfloat *)(set[a] + part);
+            p = (vfloat)((vint)p & (vint)(p > splat(0))); // also turns a NaN into 0
+            p = (vfloat)pick(p < splat(1), (vint)p, (vint)splat(1)) * (float)level->resolution;
+            vint cell = __builtin_convertvector(p, vint);
+            cell = pick(cell < last, cell, last);
+            f[a] = p - __builtin_convertvector(cell, vfloat);
+            s[a] = zero + (int32_t)level->stride[a];
+            key += (vuint)cell * level->stride[a];
         }
-#define ORDER(A, B)                                                                                                    \
-    {                                                                                                                  \
-        float fa = f[A], fb = f[B];                                                                                    \
-        uint32_t sa = s[A], sb = s[B];                                                                                 \
-        f[A] = fa < fb ? fb : fa;                                                                                      \
-        f[B] = fa < fb ? fa : fb;                                                                                      \
-        s[A] = fa < fb ? sb : sa;                                                                                      \
-        s[B] = fa < fb ? sa : sb;                                                                                      \
-    }
         if (dims == 2) {
-            ORDER(0, 1)
+            order(&f[0], &f[1], &s[0], &s[1]);
         } else if (dims == 3) {
-            ORDER(0, 1) ORDER(1, 2) ORDER(0, 1)
+            order(&f[0], &f[1], &s[0], &s[1]);
+            order(&f[1], &f[2], &s[1], &s[2]);
+            order(&f[0], &f[1], &s[0], &s[1]);
         } else if (dims == 4) {
-            ORDER(0, 1) ORDER(2, 3) ORDER(0, 2) ORDER(1, 3) ORDER(1, 2)
+            order(&f[0], &f[1], &s[0], &s[1]);
+            order(&f[2], &f[3], &s[2], &s[3]);
+            order(&f[0], &f[2], &s[0], &s[2]);
+            order(&f[1], &f[3], &s[1], &s[3]);
+            order(&f[1], &f[2], &s[1], &s[2]);
         }
-#undef ORDER
-        uint32_t base = offset + (uint32_t)slice[l] * slice_entries;
+        vuint base = *(const vuint *)(slice + part) * level->slice_entries + level->offset;
         for (int k = 0; k <= dims; k++) {
-            index[k * NET_LANES + l] = (int32_t)(base + (key & mask));
-            weight[k * NET_LANES + l] = (k > 0 ? f[k - 1] : 1) - (k < dims ? f[k] : 0);
-            if (k < dims) key += s[k];
+            *(vuint *)(index + k * NET_LANES + part) = base + (key & level->mask);
+            *(vfloat *)(weight + k * NET_LANES + part) = (k > 0 ? f[k - 1] : splat(1)) - (k < dims ? f[k] : splat(0));
+            if (k < dims) key += (vuint)s[k];
         }
     }
 }
