@@ -95,8 +95,9 @@ void path_shadow(const struct path_tracer *tracer, struct path_worker *worker);
 void path_scatter(const struct path_tracer *tracer, struct path_worker *worker);
 
 static inline struct sampler path_sampler(const struct path *path, enum path_dimension dimension) {
-    return (struct sampler){path->sampler.key,
-                            PATH_DIMENSION_EDGE + path->edge * PATH_DIMENSIONS_PER_EDGE + (uint32_t)dimension};
+    struct sampler sampler = path->sampler;
+    sampler.dimension = PATH_DIMENSION_EDGE + path->edge * PATH_DIMENSIONS_PER_EDGE + (uint32_t)dimension;
+    return sampler;
 }
 
 static inline void path_add(struct path_worker *worker, struct path *path, rgb contribution) {
