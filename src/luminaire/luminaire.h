@@ -32,4 +32,4 @@ void luminaire_pdf(const struct luminaire *luminaire, size_t n, const float (*s)
 void luminaire_flux(const struct luminaire *luminaire, float flux[3]); // total emitted flux per channel, lamp units
 const char *luminaire_metadata(const struct luminaire *luminaire, const char *key); // or NULL; keys in docs/luminaire-format.md
 const char *luminaire_metadata_key(const struct luminaire *luminaire, size_t index);       // NULL past the last
-size_t luminaire_bytes(const struct luminaire *luminaire);                          // size of the file
+size_t luminaire_bytes(const struct luminaire *luminaire);                          // of the file; of the tensors alone where it was not loaded

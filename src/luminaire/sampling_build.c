@@ -133,6 +133,7 @@ static void fill_bin(void *user, size_t bin, int worker) {
     struct build *build = user;
     const struct sampling_density *density = build->density;
     float radius2 = density->radius * density->radius;
+    const int repeats = build->count < 4000000 ? 2 : 1; // few exits: each at two distances
     for (size_t i = 0; i < build->count; i++) {
         float flux = exit_flux(&build->exits[i]);
         if (flux == 0) continue;
@@ -142,7 +143,7 @@ static void fill_bin(void *user, size_t bin, int worker) {
         vec3 q = vec3_mad(w, -along, p);
         float q2 = vec3_dot(q, q);
         if (!(q2 < radius2)) continue;
-        for (int k = 0; k < 2; k++) {
+        for (int k = 0; k < repeats; k++) {
             float u = sampler_1d(&sampler);
             if (bin == DISTANCE_BINS) { // anywhere on the chord, by its length
                 float half = sqrtf(radius2 - q2);
@@ -186,7 +187,7 @@ enum status sampling_density_build(struct sampling_density **density, const stru
         return error_set(error, STATUS_INVALID, "%zu anchors; at most %d are possible", anchor_count,
                          SAMPLING_MAX_ANCHORS);
     if (!(proxy->radius > 0)) return error_set(error, STATUS_INVALID, "the proxy's radius must be positive");
-    int directions = exit_count < 100000 ? 8 : exit_count < 1000000 ? 16 : 24;
+    int directions = exit_count < 100000 ? 8 : exit_count < 4000000 ? 16 : 24;
     struct sampling_density *d;
     enum status status = sampling_allocate(&d, proxy, directions, (int)anchor_count, error);
     if (status) return status;
