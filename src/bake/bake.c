@@ -12,9 +12,9 @@
 
 // By quality, measured on 2 cores of 2024: 20 s, 2 minutes, half an hour.
 static const struct bake_plan plans[] = {
-    [BAKE_DRAFT] = {1000000, 0, 16, 48, 15},
-    [BAKE_STANDARD] = {3000000, 8, 64, 320, 16},
-    [BAKE_HIGH] = {8000000, 24, 400, 5000, 17},
+    [BAKE_DRAFT] = {1000000, 0, 32, 36, 15, {500000, 1000000, 64, 512}},
+    [BAKE_STANDARD] = {3000000, 6, 200, 300, 16, {4000000, 4000000, 128, 1024}},
+    [BAKE_HIGH] = {8000000, 24, 1500, 5000, 17, {16000000, 8000000, 128, 2048}},
 };
 
 static struct bake_plan plan_work(const struct bake_options *options) {

@@ -166,10 +166,9 @@ enum status bake_finish(struct bake_job *job, struct bake_report *report, struct
     if (status == STATUS_OK) status = luminaire_save(luminaire, job->options->output_path, error);
     run_progress(job->run, "finishing", 1, clock_wall_s() - start, NULL);
     exit_list_fini(&job->survey.exits);
-    const bool quick = job->options->seconds > 0 ? job->options->seconds < 45 : job->options->quality == BAKE_DRAFT;
     if (status == STATUS_OK)
-        status = evaluate_luminaire(luminaire, &job->scene, quick ? &evaluation_effort_quick : &evaluation_effort_full,
-                                    job->run, &report->evaluation, error);
+        status =
+            evaluate_luminaire(luminaire, &job->scene, &job->plan.evaluation, job->run, &report->evaluation, error);
     report->seconds = clock_wall_s() - job->start_s;
     if (status == STATUS_OK)
         status = add_measurements(job->options->output_path, &report->evaluation, report->seconds, error);

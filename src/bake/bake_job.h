@@ -11,6 +11,7 @@ struct bake_plan { // how much work each stage does
     size_t trial_chunks; // of every candidate; 0: no trial
     size_t transparency_chunks, light_chunks;
     int log2_entries;
+    struct evaluation_effort evaluation;
 };
 
 struct bake_job {

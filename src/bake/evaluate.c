@@ -12,7 +12,6 @@
 #include "math/warp.h"
 
 const struct evaluation_effort evaluation_effort_full = {4000000, 4000000, 128, 1024};
-const struct evaluation_effort evaluation_effort_quick = {500000, 1000000, 64, 512};
 
 enum { EVAL_BATCH = 1 << 16, LIGHT_SAMPLES = 4096, LINE_REPEATS = 64 };
 
@@ -42,10 +41,11 @@ static void eval_block(void *user, size_t block, int worker) {
 // The luminaire's light by lines from the guide: its flux, and its bins.
 static enum status bin_luminaire(const struct luminaire *luminaire, const struct lamp *lamp,
                                  const struct line_guide *guide, size_t line_count, struct line_bins *bins,
-                                 double flux[3], struct error *error) {
+                                 double flux[3], double noise[3], struct error *error) {
     struct line_sample *lines = malloc(EVAL_BATCH * sizeof *lines);
     float(*value)[3] = malloc(EVAL_BATCH * sizeof *value);
     size_t batches = (line_count + EVAL_BATCH - 1) / EVAL_BATCH;
+    double squares[3] = {0, 0, 0};
     for (size_t b = 0; b < batches && lines && value; b++) {
         gather_lines(lines, lamp, guide, STREAM_EVALUATION, b * EVAL_BATCH, EVAL_BATCH, false);
         struct eval_job job = {luminaire, EVAL_BATCH, lines, value};
@@ -57,12 +57,17 @@ static enum status bin_luminaire(const struct luminaire *luminaire, const struct
             for (int c = 0; c < 3; c++) {
                 y[c] = value[i][c] * line->mass;
                 flux[c] += (double)y[c];
+                squares[c] += (double)y[c] * (double)y[c];
             }
             line_bins_add(bins, vec3_from(line->point), vec3_from(line->w), (y[0] + y[1] + y[2]) * (1.0f / 3));
         }
     }
     bins->samples = batches * EVAL_BATCH;
-    for (int c = 0; c < 3; c++) flux[c] /= (double)bins->samples;
+    for (int c = 0; c < 3; c++) {
+        double n = (double)bins->samples;
+        flux[c] /= n;
+        noise[c] = flux[c] > 0 ? sqrt(fmax(0, squares[c] / n - flux[c] * flux[c]) / n) / flux[c] : 0;
+    }
     enum status status =
         lines && value ? STATUS_OK : error_set(error, STATUS_MEMORY, "out of memory for the evaluation");
     free(lines);
@@ -92,16 +97,16 @@ static enum status compare_light(const struct luminaire *luminaire, const struct
                                          .cluster_share = 0.5f * survey->clear_share};
     struct line_guide *guide = NULL;
     struct line_bins reference = {0}, model = {0};
-    double flux[3] = {0, 0, 0};
+    double flux[3] = {0, 0, 0}, noise[3] = {0, 0, 0};
     enum status status = line_guide_create(&guide, &options, error);
     if (status == STATUS_OK) status = line_bins_init(&reference, center, lamp->proxy.radius, error);
     if (status == STATUS_OK) status = line_bins_init(&model, center, lamp->proxy.radius, error);
-    if (status == STATUS_OK) status = bin_luminaire(luminaire, lamp, guide, lines, &model, flux, error);
+    if (status == STATUS_OK) status = bin_luminaire(luminaire, lamp, guide, lines, &model, flux, noise, error);
     if (status == STATUS_OK) {
         bin_exits(&survey->exits, &reference);
         for (int c = 0; c < 3; c++) {
             evaluation->flux[c] = (float)survey->flux[c];
-            evaluation->flux_noise[c] = (float)survey->flux_noise[c];
+            evaluation->flux_noise[c] = (float)hypot(survey->flux_noise[c], noise[c]);
             evaluation->flux_error[c] = survey->flux[c] > 0 ? (float)(flux[c] / survey->flux[c] - 1) : (float)flux[c];
         }
         for (int k = 0; k < EVALUATION_DISTANCES; k++)

@@ -25,7 +25,7 @@ struct evaluation {
 struct evaluation_effort {
     size_t particles, lines, light_points, transparency_lines;
 };
-extern const struct evaluation_effort evaluation_effort_full, evaluation_effort_quick;
+extern const struct evaluation_effort evaluation_effort_full; // noise of irradiance about 1 %
 
 enum status evaluate_luminaire(const struct luminaire *luminaire, const struct scene *scene,
                                const struct evaluation_effort *effort, const struct run *run,
