@@ -10,7 +10,7 @@
 #include "net/kernel.h"
 
 static const float dim = 0.1f; // radiance below which the weight falls off, in radiance units
-static const float z_max = 8, z_min = -12; // beyond, only gradients that lead back count
+static const float z_max = 11, z_min = -12; // beyond, only gradients that lead back count
 
 // A NaN, which only a file with absurd weights can give, becomes darkness.
 static float clamp_log(float z) { return z > z_min ? (z < z_max ? z : z_max) : z_min; }
@@ -138,12 +138,13 @@ enum status transparency_create(struct transparency **t, const struct proxy *pro
     if (!made || !encoding)
         status = error_set(error, STATUS_MEMORY, "out of memory for a transparency");
     else {
-        // Where a line is blocked is a matter of surfaces at unknown radii: two spheres, and entry x exit.
-        encoding->shells[0] = 0.7f;
-        encoding->shells[1] = 0.35f;
-        encoding->shell_count = 2;
+        // Where a line is blocked is a matter of surfaces at unknown radii: three spheres, and entry x exit.
+        encoding->shells[0] = 0.75f;
+        encoding->shells[1] = 0.5f;
+        encoding->shells[2] = 0.25f;
+        encoding->shell_count = 3;
         encoding->use_grid4 = true;
-        encoding->log2_entries = 14;
+        encoding->log2_entries = 15;
         struct trainer_rates rates = {.table = 1e-2f, .mlp = 3e-3f, .end = 1.0f / 100, .steps = steps};
         status = field_net_create(&made->net, proxy->center, proxy->radius, encoding, &rates, seed, error);
     }
