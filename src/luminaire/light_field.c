@@ -10,7 +10,7 @@
 #include "net/kernel.h"
 
 static const float dim = 0.1f; // radiance below which the weight falls off, in radiance units
-static const float z_max = 11, z_min = -12; // beyond, only gradients that lead back count
+static const float z_max = 12, z_min = -12; // beyond, only gradients that lead back count
 
 // A NaN, which only a file with absurd weights can give, becomes darkness.
 static float clamp_log(float z) { return z > z_min ? (z < z_max ? z : z_max) : z_min; }
