@@ -10,11 +10,11 @@ enum proxy_kind { PROXY_SPHERE, PROXY_BOX, PROXY_CYLINDER, PROXY_MESH };
 
 struct proxy {
     enum proxy_kind kind;
-    float center[3], radius;        // bounding sphere of the proxy, always set; the sphere itself for PROXY_SPHERE
-    float lower[3], upper[3];       // PROXY_BOX: axis aligned
+    float center[3], radius; // bounding sphere of the proxy, always set; the sphere itself for PROXY_SPHERE
+    float lower[3], upper[3]; // PROXY_BOX: axis aligned
     float axis[3], half_height, axis_radius; // PROXY_CYLINDER: unit axis through center
-    float (*vertices)[3];           // PROXY_MESH: closed, outward winding; copied by whoever keeps it
-    uint32_t *indices;              // 3 * triangle_count
+    float (*vertices)[3]; // PROXY_MESH: closed, outward winding; copied by whoever keeps it
+    uint32_t *indices; // 3 * triangle_count
     size_t vertex_count, triangle_count;
 };
 
@@ -24,13 +24,13 @@ struct proxy {
 // - an untraced line drawn with density p has mass = 1/p, target = 0;
 // - a particle's exit of flux y has mass = 0, target = y / (particles emitted per batch's share).
 // The measure is dA_perp dw of lines (area perpendicular to w on the bounding sphere's disk times solid angle).
-// Normalisation: all lines of the bounding sphere measure M = 4 pi^2 radius^2 (LINE_MEASURE). Over a batch of n lines mass is
-// 1 / (p n M), so that the masses of a batch sum to 1 in expectation, and target is in units of radiance_unit:
+// Normalisation: all lines of the bounding sphere measure M = 4 pi^2 radius^2 (LINE_MEASURE). Over a batch of n lines
+// mass is 1 / (p n M), so that the masses of a batch sum to 1 in expectation, and target is in units of radiance_unit:
 //   camera line of radiance y: target = mass * y / radiance_unit;
 //   exits: target = flux / (n_emitted M radiance_unit), n_emitted the particles that this batch's exits stand for;
-// with radiance_unit = mean over channels of the lamp's flux / M, the targets of a batch sum to about 1 too. One constant
-// factor common to mass and target in all batches of a training does no harm (Adam is free of scale); a factor between
-// mass and target scales the radiance. The loss reported is the sum over the batch.
+// with radiance_unit = mean over channels of the lamp's flux / M, the targets of a batch sum to about 1 too. One
+// constant factor common to mass and target in all batches of a training does no harm (Adam is free of scale); a factor
+// between mass and target scales the radiance. The loss reported is the sum over the batch.
 #define LINE_MEASURE(radius) (39.4784176f * (radius) * (radius))
 struct line_sample {
     float point[3], w[3];
@@ -48,49 +48,57 @@ struct line_exit {
 struct light_field_options {
     struct proxy proxy;
     const float (*anchors)[3]; // centres of emission clusters
-    size_t anchor_count;       // 0..256
-    float anchor_radius;       // [length] scale of the perpendicular offset
-    const float *shell_radii;  // [fraction of proxy radius] radii where light leaves (quantiles of first hits)
-    size_t shell_count;        // 0..4
-    bool use_grid4;            // the 4D entry x exit grid
-    float radiance_unit;       // the mean radiance over all lines of the bounding sphere: L is learned in this unit
-    int log2_entries;          // table sizes, 14..19
-    size_t steps;              // planned optimiser steps (for the learning-rate schedule)
+    size_t anchor_count; // 0..256
+    float anchor_radius; // [length] scale of the perpendicular offset
+    const float *shell_radii; // [fraction of proxy radius] radii where light leaves (quantiles of first hits)
+    size_t shell_count; // 0..4
+    bool use_grid4; // the 4D entry x exit grid
+    float radiance_unit; // the mean radiance over all lines of the bounding sphere: L is learned in this unit
+    int log2_entries; // table sizes, 14..19
+    size_t steps; // planned optimiser steps (for the learning-rate schedule)
     uint64_t seed;
 };
 
 struct light_field;
-enum status light_field_create(struct light_field **field, const struct light_field_options *options, struct error *error);
+enum status light_field_create(struct light_field **field, const struct light_field_options *options,
+                               struct error *error);
 void light_field_destroy(struct light_field *field);
 // One optimiser step. Deterministic for any `threads`. Returns the mean loss of the batch in *loss.
-void light_field_train(struct light_field *field, const struct line_sample *samples, size_t n, int threads, double *loss);
+void light_field_train(struct light_field *field, const struct line_sample *samples, size_t n, int threads,
+                       double *loss);
 // The planned number of optimiser steps, where it becomes known only during training (a time budget).
 void light_field_plan(struct light_field *field, size_t steps);
 // Radiance in absolute units. From the float tables while training; a luminaire made of the field evaluates 8-bit ones.
-void light_field_eval(const struct light_field *field, size_t n, const float (*point)[3], const float (*w)[3], float (*radiance)[3]);
-void light_field_set_scale(struct light_field *field, const float scale[3]); // final scale per colour, to the traced flux
+void light_field_eval(const struct light_field *field, size_t n, const float (*point)[3], const float (*w)[3],
+                      float (*radiance)[3]);
+void light_field_set_scale(struct light_field *field,
+                           const float scale[3]); // final scale per colour, to the traced flux
 
 struct transparency;
-enum status transparency_create(struct transparency **t, const struct proxy *proxy, size_t steps, uint64_t seed, struct error *error);
+enum status transparency_create(struct transparency **t, const struct proxy *proxy, size_t steps, uint64_t seed,
+                                struct error *error);
 void transparency_destroy(struct transparency *t);
 // samples: point, w, target = throughput in [0,1], mass = weight. Squared error through a sigmoid (unbiased).
 void transparency_plan(struct transparency *t, size_t steps);
 void transparency_train(struct transparency *t, const struct line_sample *samples, size_t n, int threads, double *loss);
-void transparency_eval(const struct transparency *t, size_t n, const float (*point)[3], const float (*w)[3], float (*transmittance)[3]);
+void transparency_eval(const struct transparency *t, size_t n, const float (*point)[3], const float (*w)[3],
+                       float (*transmittance)[3]);
 
-// The sampling density from the exits (DESIGN 3: cones at the anchors + residual map per direction and distance of s + a
-// uniform share), built in one go.
+// The sampling density from the exits (DESIGN 3: cones at the anchors + residual map per direction and distance of s +
+// a uniform share), built in one go.
 struct sampling_density;
-enum status sampling_density_build(struct sampling_density **density, const struct proxy *proxy, const float (*anchors)[3],
-                                   size_t anchor_count, const struct line_exit *exits, size_t exit_count, uint64_t seed,
-                                   int threads, struct error *error);
+enum status sampling_density_build(struct sampling_density **density, const struct proxy *proxy,
+                                   const float (*anchors)[3], size_t anchor_count, const struct line_exit *exits,
+                                   size_t exit_count, uint64_t seed, int threads, struct error *error);
 void sampling_density_destroy(struct sampling_density *density);
 
-// Takes ownership of the parts, also when it fails; they cannot be trained any more. transparency NULL: T = 0 on the proxy's
-// lines. density NULL: directions uniform over the bounding sphere's cone. `metadata`: keys and values, copied; documented in docs/luminaire-format.md.
+// Takes ownership of the parts, also when it fails; they cannot be trained any more. transparency NULL: T = 0 on the
+// proxy's lines. density NULL: directions uniform over the bounding sphere's cone. `metadata`: keys and values, copied;
+// documented in docs/luminaire-format.md.
 enum status luminaire_assemble(struct luminaire **luminaire, const struct proxy *proxy, struct light_field *field,
                                struct transparency *transparency, struct sampling_density *density, const float flux[3],
-                               const char *const *keys, const char *const *values, size_t metadata_count, struct error *error);
+                               const char *const *keys, const char *const *values, size_t metadata_count,
+                               struct error *error);
 
 // Training state, for --resume: everything that a later step depends on.
 enum status light_field_save_state(const struct light_field *field, const char *path, struct error *error);

@@ -12,24 +12,31 @@
 struct luminaire;
 
 enum status luminaire_load(struct luminaire **luminaire, const char *path, struct error *error);
-enum status luminaire_parse(struct luminaire **luminaire, const char *name, const uint8_t *bytes, size_t length, struct error *error);
+enum status luminaire_parse(struct luminaire **luminaire, const char *name, const uint8_t *bytes, size_t length,
+                            struct error *error);
 enum status luminaire_save(const struct luminaire *luminaire, const char *path, struct error *error);
 void luminaire_destroy(struct luminaire *luminaire); // NULL is allowed
 
 // The proxy. `center` and `radius` of its bounding sphere. luminaire_span gives where the line origin + t direction
 // (unit) crosses it, entry <= exit in t (either may be negative); false: misses.
 void luminaire_bounds(const struct luminaire *luminaire, float center[3], float *radius);
-int luminaire_span(const struct luminaire *luminaire, const float origin[3], const float direction[3], float *t_near, float *t_far);
+int luminaire_span(const struct luminaire *luminaire, const float origin[3], const float direction[3], float *t_near,
+                   float *t_far);
 
 // Hot calls: no checks; thread-safe; any n >= 1.
-void luminaire_eval(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3], float (*radiance)[3]);
-void luminaire_transmittance(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3], float (*transmittance)[3]);
-// Directions from shading points s (anywhere: near, far, inside the proxy) towards the lamp: `direction` points from s to
-// the lamp, so the light travels along -direction. u: three numbers in [0,1) each. pdf_sa [1/sr] is > 0 and exact.
-void luminaire_sample(const struct luminaire *luminaire, size_t n, const float (*s)[3], const float (*u)[3], float (*direction)[3], float *pdf_sa);
-void luminaire_pdf(const struct luminaire *luminaire, size_t n, const float (*s)[3], const float (*direction)[3], float *pdf_sa);
+void luminaire_eval(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
+                    float (*radiance)[3]);
+void luminaire_transmittance(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
+                             float (*transmittance)[3]);
+// Directions from shading points s (anywhere: near, far, inside the proxy) towards the lamp: `direction` points from s
+// to the lamp, so the light travels along -direction. u: three numbers in [0,1) each. pdf_sa [1/sr] is > 0 and exact.
+void luminaire_sample(const struct luminaire *luminaire, size_t n, const float (*s)[3], const float (*u)[3],
+                      float (*direction)[3], float *pdf_sa);
+void luminaire_pdf(const struct luminaire *luminaire, size_t n, const float (*s)[3], const float (*direction)[3],
+                   float *pdf_sa);
 
 void luminaire_flux(const struct luminaire *luminaire, float flux[3]); // total emitted flux per channel, lamp units
-const char *luminaire_metadata(const struct luminaire *luminaire, const char *key); // or NULL; keys in docs/luminaire-format.md
-const char *luminaire_metadata_key(const struct luminaire *luminaire, size_t index);       // NULL past the last
-size_t luminaire_bytes(const struct luminaire *luminaire);                          // of the file; of the tensors alone where it was not loaded
+const char *luminaire_metadata(const struct luminaire *luminaire,
+                               const char *key); // or NULL; keys in docs/luminaire-format.md
+const char *luminaire_metadata_key(const struct luminaire *luminaire, size_t index); // NULL past the last
+size_t luminaire_bytes(const struct luminaire *luminaire); // of the file; of the tensors alone where it was not loaded
