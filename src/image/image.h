@@ -16,7 +16,7 @@ enum status image_init(struct image *image, int width, int height, int channels,
 void image_fini(struct image *image);
 // EXR (half and float, any channels; R G B A come first), PNG and JPEG (converted from sRGB to linear unless `raw`).
 enum status image_load(struct image *image, const char *path, bool raw, struct error *error);
-// By extension: .exr (float, ZIP, with channel_names), .png (8-bit sRGB after `exposure` scaling). Written then renamed.
+// By extension: .exr (float, uncompressed, with channel_names), .png (8-bit sRGB after `exposure` scaling). Written then renamed.
 enum status image_save(const struct image *image, const char *path, float exposure, struct error *error);
 // PNG bytes in memory, malloc'ed, for the report.
 enum status image_encode_png(const struct image *image, float exposure, unsigned char **bytes, size_t *length, struct error *error);

@@ -1,7 +1,9 @@
 // OpenEXR through OpenEXRCore, the only file that knows it. Both directions work on memory, so that reading names the
 // file in errors and writing is as atomic as every other output.
 // Read: the first part, scanline or tiled (level 0), any compression but DWA (OpenEXRCore 3.1 cannot), half, float or
-// uint, all as float; R, G, B, A come first, the others in alphabetical order. Written: float, ZIP, scanlines.
+// uint, all as float; R, G, B, A come first, the others in alphabetical order. Written: float,
+// uncompressed scanlines: the ZIP encoder of OpenEXRCore 3.1.5 writes chunks that no program reads back when their data
+// hardly shrink (200 of 3000 images of random bits with 4 to 7 % of equal words).
 #include "image/image_codec.h"
 
 #include <limits.h>
@@ -287,7 +289,7 @@ enum status image_encode_exr(const struct image *image, const char *path, uint8_
     exr_result_t result = exr_start_write(&context, path, EXR_WRITE_FILE_DIRECTLY, &setup);
     if (result == EXR_ERR_SUCCESS) result = exr_add_part(context, NULL, EXR_STORAGE_SCANLINE, &part);
     if (result == EXR_ERR_SUCCESS)
-        result = exr_initialize_required_attr_simple(context, part, image->width, image->height, EXR_COMPRESSION_ZIP);
+        result = exr_initialize_required_attr_simple(context, part, image->width, image->height, EXR_COMPRESSION_NONE);
     for (int c = 0; c < image->channels && result == EXR_ERR_SUCCESS; ++c) {
         result = exr_add_channel(context, part, order[c], EXR_PIXEL_FLOAT, EXR_PERCEPTUALLY_LINEAR, 1, 1);
     }

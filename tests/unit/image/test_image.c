@@ -239,8 +239,34 @@ static void test_sizes(void **state) {
     }
 }
 
+// Data that hardly shrink, which an encoder may store or deflate.
+static void test_exr_keeps_data_that_hardly_compress(void **state) {
+    (void)state;
+    char path[] = "/tmp/sconce_exr_XXXXXX.exr";
+    int file = mkstemps(path, 4);
+    assert_true(file >= 0);
+    close(file);
+    srand(1);
+    for (int trial = 0; trial < 200; trial++) {
+        struct image image, back;
+        assert_int_equal(image_init(&image, 32, 32, 3, NULL), STATUS_OK);
+        for (int i = 0; i < 32 * 32 * 3; i++) {
+            uint32_t bits = ((uint32_t)rand() << 16 ^ (uint32_t)rand()) & 0x3fffffffu;
+            if (rand() % 1000 < 40 + trial % 30) bits = 0x3f000000u;
+            memcpy(&image.pixels[i], &bits, 4);
+        }
+        assert_int_equal(image_save(&image, path, 1, NULL), STATUS_OK);
+        assert_int_equal(image_load(&back, path, false, NULL), STATUS_OK);
+        assert_memory_equal(image.pixels, back.pixels, 32 * 32 * 3 * sizeof(float));
+        image_fini(&image);
+        image_fini(&back);
+    }
+    unlink(path);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_exr_keeps_data_that_hardly_compress),
         cmocka_unit_test(test_named_channels), cmocka_unit_test(test_foreign_files), cmocka_unit_test(test_damaged_exr),
         cmocka_unit_test(test_full_disk),      cmocka_unit_test(test_png),           cmocka_unit_test(test_sizes),
     };
