@@ -20,9 +20,9 @@ static const struct bake_plan plans[] = {
 static struct bake_plan plan_work(const struct bake_options *options) {
     struct bake_plan plan = plans[options->quality];
     if (options->seconds > 0) {
-        plan = plans[options->seconds < 45 ? BAKE_DRAFT : options->seconds < 600 ? BAKE_STANDARD : BAKE_HIGH];
-        plan.light_chunks = SIZE_MAX / 1024; // until the clock says stop
-        plan.transparency_chunks = SIZE_MAX / 1024;
+        plan = plans[options->seconds < 80 ? BAKE_DRAFT : options->seconds < 600 ? BAKE_STANDARD : BAKE_HIGH];
+        plan.light_chunks = (size_t)1 << 32; // until the clock says stop
+        plan.transparency_chunks = (size_t)1 << 32;
     }
     return plan;
 }
@@ -49,7 +49,8 @@ static enum status survey_lamp(struct bake_job *job, struct error *error) {
                                          .cluster_share = 0.5f * job->survey.clear_share};
     status = line_guide_create(&job->guide, &options, error);
     if (status == STATUS_OK) status = held_out_create(&job->held_out, &job->lamp, job->guide, 1 << 17, error);
-    run_progress(job->run, "surveying", 1, clock_wall_s() - start, NULL);
+    job->survey_s = clock_wall_s() - start;
+    run_progress(job->run, "surveying", 1, job->survey_s, NULL);
     return status;
 }
 

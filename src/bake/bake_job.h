@@ -19,6 +19,7 @@ struct bake_job {
     const struct run *run;
     struct bake_plan plan;
     double start_s, deadline_s; // clock_wall_s; deadline only where options->seconds > 0, else infinity
+    double survey_s; // what the survey took: a measure of how fast the lamp is traced here
     struct arena arena;
     struct scene scene;
     struct lamp lamp;

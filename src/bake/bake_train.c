@@ -7,7 +7,8 @@
 #include "bake/bake_job.h"
 
 static const double checkpoint_period_s = 25, score_period_s = 4;
-static const double transparency_time_share = 0.15, finish_time_share = 0.12; // of a bake with --seconds
+static const double transparency_time_share = 0.15; // of a bake with --seconds
+static const double finish_surveys = 3.5; // the last stage takes about as long as so many surveys
 
 static enum status save_checkpoint(struct bake_job *job, struct error *error) {
     job->checkpoint.traced = job->light.traced;
@@ -61,7 +62,8 @@ static enum status train_transparency(struct bake_job *job, double *last_checkpo
 
 static enum status train_light(struct bake_job *job, double *last_checkpoint_s, struct error *error) {
     const bool timed = job->options->seconds > 0;
-    const double start = clock_wall_s(), stop = job->deadline_s - finish_time_share * job->options->seconds;
+    const double start = clock_wall_s(), reserve = finish_surveys * job->survey_s;
+    const double stop = job->deadline_s - fmin(reserve, 0.4 * job->options->seconds);
     double last_score_s = -score_period_s, score = NAN;
     size_t done_here = 0;
     enum status status = STATUS_OK;
