@@ -11,13 +11,13 @@
 #include "bake/lamp_proxy.h"
 #include "format/safetensors.h"
 
-enum { SCALE_LINES = 1 << 21, VALUE_SIZE = 4400, KEYS = 12 };
+enum { VALUE_SIZE = 4400, KEYS = 12 };
 static const char *const quality_names[] = {"draft", "standard", "high"};
 
 static enum status scale_light(struct bake_job *job, struct error *error) {
     double flux[3], noise[3];
     float scale[3];
-    enum status status = light_field_flux(job->light.field, &job->lamp, job->guide, SCALE_LINES, flux, noise, error);
+    enum status status = light_field_flux(job->light.field, &job->lamp, job->guide, flux, noise, error);
     if (status != STATUS_OK) return status;
     for (int c = 0; c < 3; c++) {
         scale[c] = flux[c] > 0 ? (float)(job->survey.flux[c] / flux[c]) : 1;

@@ -5,7 +5,8 @@
 #include "bake/training.h"
 #include "base/parallel.h"
 
-enum { BLOCK = 4096, FLUX_BATCH = 1 << 16 };
+enum { BLOCK = 4096, FLUX_BATCH = 1 << 16, LEAST_FLUX_BATCHES = 16, MOST_FLUX_BATCHES = 128 };
+static const double flux_noise_goal = 0.0015;
 
 struct eval_job {
     const struct light_field *field;
@@ -79,12 +80,12 @@ enum status held_out_score(const struct held_out *held_out, const struct light_f
 }
 
 enum status light_field_flux(const struct light_field *field, const struct lamp *lamp, const struct line_guide *guide,
-                             size_t n, double flux[3], double noise[3], struct error *error) {
+                             double flux[3], double noise[3], struct error *error) {
     struct line_sample *lines = malloc(FLUX_BATCH * sizeof *lines);
     float(*radiance)[3] = malloc(FLUX_BATCH * sizeof *radiance);
-    size_t batches = (n + FLUX_BATCH - 1) / FLUX_BATCH;
-    double sum[3] = {0, 0, 0}, squares[3] = {0, 0, 0}, count = (double)(batches * FLUX_BATCH);
-    for (size_t b = 0; b < batches && lines && radiance; b++) {
+    double sum[3] = {0, 0, 0}, squares[3] = {0, 0, 0}, largest = (double)INFINITY;
+    for (size_t b = 0; b < MOST_FLUX_BATCHES && lines && radiance; b++) {
+        if (b >= LEAST_FLUX_BATCHES && largest < flux_noise_goal) break;
         gather_lines(lines, lamp, guide, STREAM_SCALE, b * FLUX_BATCH, FLUX_BATCH, false);
         eval_lines(field, lines, FLUX_BATCH, lamp->threads, radiance);
         for (size_t i = 0; i < FLUX_BATCH; i++)
@@ -93,11 +94,13 @@ enum status light_field_flux(const struct light_field *field, const struct lamp 
                 sum[c] += y;
                 squares[c] += y * y;
             }
-    }
-    for (int c = 0; c < 3; c++) {
-        flux[c] = sum[c] / count;
-        double variance = fmax(0, squares[c] / count - flux[c] * flux[c]) / count;
-        noise[c] = flux[c] > 0 ? sqrt(variance) / flux[c] : 0;
+        double n = (double)((b + 1) * FLUX_BATCH);
+        largest = 0;
+        for (int c = 0; c < 3; c++) {
+            flux[c] = sum[c] / n;
+            noise[c] = flux[c] > 0 ? sqrt(fmax(0, squares[c] / n - flux[c] * flux[c]) / n) / flux[c] : 0;
+            largest = fmax(largest, noise[c]);
+        }
     }
     enum status status =
         lines && radiance ? STATUS_OK : error_set(error, STATUS_MEMORY, "out of memory for the model's flux");

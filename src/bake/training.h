@@ -65,6 +65,7 @@ void held_out_destroy(struct held_out *held_out);
 enum status held_out_score(const struct held_out *held_out, const struct light_field *field, const struct lamp *lamp,
                            double *score, struct error *error);
 
-// The integral of the field over all lines per channel, from `n` guided lines, and its relative standard error.
+// The integral of the field over all lines per channel, and its relative standard error: from 1 to 8 million guided
+// lines, as many as bring the error below 0.15 %.
 enum status light_field_flux(const struct light_field *field, const struct lamp *lamp, const struct line_guide *guide,
-                             size_t n, double flux[3], double noise[3], struct error *error);
+                             double flux[3], double noise[3], struct error *error);
