@@ -36,7 +36,7 @@ static enum status survey_lamp(struct bake_job *job, struct error *error) {
         job->aims[i] = (struct aim){job->survey.clusters[i].center, 1.05f * job->survey.clusters[i].radius};
     job->lamp.aims = job->aims;
     job->lamp.aim_count = job->survey.cluster_count;
-    status = survey_exits(&job->survey, &job->lamp, STREAM_SURVEY, job->plan.survey_particles, error);
+    status = survey_exits(&job->survey, &job->lamp, STREAM_SURVEY, job->plan.survey_particles, job->run, error);
     if (status != STATUS_OK) return status;
     const struct proxy *proxy = &job->lamp.proxy;
     struct line_guide_options options = {.center = {proxy->center[0], proxy->center[1], proxy->center[2]},

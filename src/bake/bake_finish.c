@@ -169,6 +169,8 @@ enum status bake_finish(struct bake_job *job, struct bake_report *report, struct
     if (status == STATUS_OK)
         status =
             evaluate_luminaire(luminaire, &job->scene, &job->plan.evaluation, job->run, &report->evaluation, error);
+    if (status == STATUS_CANCELLED)
+        error_set(error, status, "cancelled; %s is complete but was not measured", job->options->output_path);
     report->seconds = clock_wall_s() - job->start_s;
     if (status == STATUS_OK)
         status = add_measurements(job->options->output_path, &report->evaluation, report->seconds, error);

@@ -221,7 +221,7 @@ enum status evaluate_luminaire(const struct luminaire *luminaire, const struct s
     struct survey *survey = calloc(1, sizeof *survey);
     if (!survey) status = error_set(error, STATUS_MEMORY, "out of memory for the evaluation");
     if (status == STATUS_OK) status = survey_clusters(survey, &lamp, error);
-    if (status == STATUS_OK) status = survey_exits(survey, &lamp, STREAM_EVALUATION, effort->particles, error);
+    if (status == STATUS_OK) status = survey_exits(survey, &lamp, STREAM_EVALUATION, effort->particles, run, error);
     run_progress(run, "evaluating", 0.4, clock_wall_s() - start, NULL);
     if (status == STATUS_OK) status = compare_light(luminaire, &lamp, survey, effort->lines, evaluation, error);
     run_progress(run, "evaluating", 0.8, clock_wall_s() - start, NULL);

@@ -10,7 +10,7 @@
 #include "math/warp.h"
 #include "trace/particle_exit.h"
 
-enum { BLOCK = 2048, MAX_DEPTH = 100 };
+enum { BLOCK = 2048, BLOCKS_PER_LOOK = 128, MAX_DEPTH = 100 };
 static const float straight_cos = 0.866f; // light turned by less than 30 degrees counts as having come through
 
 static vec3 vec3_from(const float v[3]) { return (vec3){v[0], v[1], v[2]}; }
@@ -24,15 +24,16 @@ static void store(float to[3], vec3 v) {
 struct particle_job {
     const struct lamp *lamp;
     uint64_t stream;
-    size_t first, n;
+    size_t first, n, first_block;
     struct line_exit *exits; // slots of all particles of the call
     vec3 *origins; // or NULL
     size_t *counts; // exits of each block
 };
 
-static void trace_particle_block(void *user, size_t block, int worker) {
+static void trace_particle_block(void *user, size_t index, int worker) {
     (void)worker;
     const struct particle_job *job = user;
+    const size_t block = job->first_block + index;
     const struct proxy *proxy = &job->lamp->proxy;
     vec3 center = vec3_from(proxy->center);
     size_t begin = block * BLOCK, end = begin + BLOCK < job->n ? begin + BLOCK : job->n, count = 0;
@@ -55,7 +56,7 @@ static void trace_particle_block(void *user, size_t block, int worker) {
 }
 
 enum status gather_exits(struct exit_list *list, const struct lamp *lamp, enum gather_stream stream, size_t first,
-                         size_t n, bool origins, struct error *error) {
+                         size_t n, bool origins, const struct run *run, struct error *error) {
     size_t blocks = (n + BLOCK - 1) / BLOCK;
     *list = (struct exit_list){.emitted = n};
     struct particle_job job = {.lamp = lamp, .stream = (uint64_t)stream << 56, .first = first, .n = n};
@@ -67,7 +68,17 @@ enum status gather_exits(struct exit_list *list, const struct lamp *lamp, enum g
         exit_list_fini(list);
         return error_set(error, STATUS_MEMORY, "out of memory for %zu particles", n);
     }
-    parallel_for(lamp->threads, blocks, trace_particle_block, &job);
+    bool cancelled = false;
+    for (; job.first_block < blocks && !cancelled; job.first_block += BLOCKS_PER_LOOK) {
+        size_t left = blocks - job.first_block;
+        parallel_for(lamp->threads, left < BLOCKS_PER_LOOK ? left : BLOCKS_PER_LOOK, trace_particle_block, &job);
+        cancelled = run && run_cancelled(run);
+    }
+    if (cancelled) {
+        free(job.counts);
+        exit_list_fini(list);
+        return error_set(error, STATUS_CANCELLED, "cancelled while particles were traced");
+    }
     for (size_t block = 0; block < blocks; block++) {
         memmove(list->exits + list->count, list->exits + block * BLOCK, job.counts[block] * sizeof *list->exits);
         if (origins)

@@ -37,7 +37,7 @@ struct exit_list {
 // Traces the particles [first, first + n) of a stream. Exits that the proxy's bounding sphere does not see cannot
 // occur. `origins`: also fill list->origin.
 enum status gather_exits(struct exit_list *list, const struct lamp *lamp, enum gather_stream stream, size_t first,
-                         size_t n, bool origins, struct error *error);
+                         size_t n, bool origins, const struct run *run, struct error *error);
 void exit_list_fini(struct exit_list *list);
 
 // Lines [first, first + n) of a stream, drawn from the guide: mass = 1 / density, target = radiance / density where

@@ -37,7 +37,7 @@ static void eval_lines(const struct light_field *field, const struct line_sample
 enum status held_out_create(struct held_out *held_out, const struct lamp *lamp, const struct line_guide *guide,
                             size_t n, struct error *error) {
     *held_out = (struct held_out){.line_count = n};
-    enum status status = gather_exits(&held_out->exits, lamp, STREAM_HELD_OUT, 0, n, false, error);
+    enum status status = gather_exits(&held_out->exits, lamp, STREAM_HELD_OUT, 0, n, false, NULL, error);
     if (status != STATUS_OK) return status;
     held_out->lines = malloc(n * sizeof *held_out->lines);
     if (!held_out->lines) return error_set(error, STATUS_MEMORY, "out of memory for the held-out lines");

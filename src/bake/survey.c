@@ -144,8 +144,8 @@ static enum status find_shells(struct survey *survey, const struct lamp *lamp, s
 }
 
 enum status survey_exits(struct survey *survey, const struct lamp *lamp, enum gather_stream stream, size_t particles,
-                         struct error *error) {
-    enum status status = gather_exits(&survey->exits, lamp, stream, 0, particles, true, error);
+                         const struct run *run, struct error *error) {
+    enum status status = gather_exits(&survey->exits, lamp, stream, 0, particles, true, run, error);
     if (status != STATUS_OK) return status;
     const struct exit_list *list = &survey->exits;
     double n = (double)list->emitted, total = 0;

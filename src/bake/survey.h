@@ -22,5 +22,5 @@ struct survey {
 enum status survey_clusters(struct survey *survey, const struct lamp *lamp, struct error *error);
 // Traces `particles` particles of the stream and fills the rest. STATUS_INVALID: no light leaves the lamp.
 enum status survey_exits(struct survey *survey, const struct lamp *lamp, enum gather_stream stream, size_t particles,
-                         struct error *error);
+                         const struct run *run, struct error *error);
 void survey_fini(struct survey *survey);

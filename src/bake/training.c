@@ -96,7 +96,7 @@ enum status light_training_chunk(struct light_training *training, size_t chunk, 
             (double)(LIGHT_BATCH / 2 * CHUNK_STEPS) / fmax(least_exit_rate, (double)training->survey->exit_rate);
         size_t particles = (size_t)wanted;
         enum status status =
-            gather_exits(&exits, training->lamp, training->stream, chunk * particles, particles, false, error);
+            gather_exits(&exits, training->lamp, training->stream, chunk * particles, particles, false, NULL, error);
         if (status != STATUS_OK) return status;
         training->traced += particles;
     }

@@ -125,6 +125,7 @@ static void assert_same_tensors(const char *a_path, const char *b_path) {
     safetensors_fini(&b);
 }
 
+// The second bake has other threads and is interrupted.
 static void same_file_for_threads_and_resume(void **state) {
     (void)state;
     char body[2000];
@@ -134,15 +135,13 @@ static void same_file_for_threads_and_resume(void **state) {
     struct listener listener;
     struct error error;
     assert_int_equal(bake(lamp, in_folder("one.safetensors"), 1, -1, false, &report, &listener, &error), STATUS_OK);
-    assert_int_equal(bake(lamp, in_folder("two.safetensors"), 2, -1, false, &report, &listener, &error), STATUS_OK);
-    assert_same_tensors(in_folder("one.safetensors"), in_folder("two.safetensors"));
-    const char *third = in_folder("three.safetensors");
-    assert_int_equal(bake(lamp, third, 2, 12, false, &report, &listener, &error), STATUS_CANCELLED);
+    const char *second = in_folder("two.safetensors");
+    assert_int_equal(bake(lamp, second, 2, 12, false, &report, &listener, &error), STATUS_CANCELLED);
     assert_non_null(strstr(error.text, "--resume"));
-    assert_int_not_equal(access(third, F_OK), 0);
-    assert_int_equal(access(in_folder("three.safetensors.checkpoint/state.json"), F_OK), 0);
-    assert_int_equal(bake(lamp, third, 2, -1, true, &report, &listener, &error), STATUS_OK);
-    assert_same_tensors(in_folder("one.safetensors"), third);
+    assert_int_not_equal(access(second, F_OK), 0);
+    assert_int_equal(access(in_folder("two.safetensors.checkpoint/state.json"), F_OK), 0);
+    assert_int_equal(bake(lamp, second, 2, -1, true, &report, &listener, &error), STATUS_OK);
+    assert_same_tensors(in_folder("one.safetensors"), second);
 }
 
 static void errors_say_what_to_do(void **state) {

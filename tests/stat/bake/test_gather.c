@@ -47,7 +47,7 @@ static struct flux trace_both(const char *body, struct flux *by_camera, float *c
         aims[i] = (struct aim){survey.clusters[i].center, 1.05f * survey.clusters[i].radius};
     lamp.aims = aims;
     lamp.aim_count = survey.cluster_count;
-    assert_int_equal(survey_exits(&survey, &lamp, STREAM_SURVEY, 400000, &error), STATUS_OK);
+    assert_int_equal(survey_exits(&survey, &lamp, STREAM_SURVEY, 400000, NULL, &error), STATUS_OK);
     const struct proxy *proxy = &lamp.proxy;
     struct line_guide_options guide_options = {{proxy->center[0], proxy->center[1], proxy->center[2]},
                                                proxy->radius,
