@@ -12,7 +12,7 @@ struct evaluation {
     float flux[3], flux_noise[3]; // of the traced lamp, and its relative standard error
     float flux_error[3]; // relative, signed: luminaire / lamp - 1
     // Mean over the patches of a sphere of that radius of |E / E_ref - 1|; `noise` is what a perfect luminaire would
-    // score because both sides are Monte Carlo estimates.
+    // score because both sides are Monte Carlo estimates (an upper bound: of samples as if they were independent).
     float irradiance_error[EVALUATION_DISTANCES], irradiance_noise[EVALUATION_DISTANCES];
     // Squared error of radiance averaged over small bundles of lines, less the noise of both sides, over the mean
     // square.
