@@ -98,4 +98,5 @@ void path_resolve(char *result, size_t size, const char *base_file, const char *
     const char *slash = strrchr(base_file, '/');
     int folder = slash && name[0] != '/' ? (int)(slash - base_file + 1) : 0;
     snprintf(result, size, "%.*s%s", folder, base_file, name);
+    if (folder && access(result, F_OK) != 0 && access(name, F_OK) == 0) snprintf(result, size, "%s", name);
 }

@@ -20,7 +20,7 @@ enum property_type {
     PROPERTY_STRING,
     PROPERTY_VEC3,      // <point>, <vector>
     PROPERTY_RGB,       // <rgb>, <srgb> (hex accepted, converted to linear)
-    PROPERTY_SPECTRUM,  // <spectrum>: one value, or wavelength:value pairs
+    PROPERTY_SPECTRUM,  // <spectrum>: one value, or wavelength:value pairs; three values are an RGB
     PROPERTY_BLACKBODY, // <blackbody temperature scale>
     PROPERTY_TRANSFORM,
 };
@@ -64,11 +64,12 @@ struct definition { const char *name, *value; }; // -D name=value
 struct description {
     struct object *root;
     struct arena arena;
+    const bool *definition_used; // of each definition given: is it used in the file?
 };
 
 // Parses a file. Errors carry file:line:column: malformed XML, unknown tag, $name without a value (lists the near
 // names), duplicate id, reference to nothing or to itself, cyclic include, a file that cannot be read.
-// A definition that the file never uses is a warning. *description is valid only on STATUS_OK; description_fini frees it.
+// *description is valid only on STATUS_OK; description_fini frees it.
 enum status description_load(struct description *description, const char *path, const struct definition *definitions,
                              size_t definition_count, const struct run *run, struct error *error);
 // The same from memory; `path` names it in messages and is the folder of includes. For the fuzzer.

@@ -37,7 +37,7 @@ static enum status text_substitute(struct arena *arena, struct named_value *valu
         struct named_value *value = NULL;
         for (size_t n = length; n && !value; n--) value = named_value_find(values, dollar + 1, n);
         if (!value && length) return value_unknown(values, dollar + 1, (int)length, place, error);
-        if (value) value->used = true;
+        if (value && value->used) *value->used = true;
         int written = snprintf(buffer + used, sizeof buffer - used, "%.*s%s", (int)(dollar - text), text,
                                value ? value->value : "$");
         if (written < 0 || (size_t)written >= sizeof buffer - used)

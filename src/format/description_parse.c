@@ -36,13 +36,19 @@ struct child_node {
     struct reference *reference;
 };
 
-enum element_kind { ELEMENT_OBJECT, ELEMENT_INCLUDED_SCENE, ELEMENT_TRANSFORM, ELEMENT_LEAF };
+enum element_kind {
+    ELEMENT_OBJECT,
+    ELEMENT_SPECTRUM, // <spectrum type="..."> with its parameters inside: an object until it ends, then a property
+    ELEMENT_INCLUDED_SCENE,
+    ELEMENT_TRANSFORM,
+    ELEMENT_LEAF
+};
 struct element { // an open element
     enum element_kind kind;
     struct object *object;
     struct property_node *properties, **properties_end;
     struct child_node *children, **children_end;
-    struct property *transform;
+    struct property *property; // of transforms and spectra
 };
 struct source { // an open file
     const struct source *includer;
@@ -130,10 +136,10 @@ static enum status identifier_add(struct parse *parse, const char *id, const cha
     return STATUS_OK;
 }
 
-static enum status value_add(struct parse *parse, const char *name, const char *text, bool given) {
+static enum status value_add(struct parse *parse, const char *name, const char *text) {
     struct named_value *value = arena_alloc(parse->arena, 1, sizeof *value);
     if (!value) return out_of_memory(parse);
-    *value = (struct named_value){parse->values, name, text, given, false};
+    *value = (struct named_value){parse->values, name, text, NULL};
     parse->values = value;
     return STATUS_OK;
 }
@@ -173,6 +179,8 @@ static enum status object_begin(struct parse *parse, const char *tag, const char
         return error_at(parse->error, place_here(parse), "<scene> may only be the outermost element");
     if (is_scene && parse->source->includer) return element_push(parse, ELEMENT_INCLUDED_SCENE, NULL);
     const char *type = attribute_value(a, "type"), *id = attribute_value(a, "id");
+    if (element_top(parse) && element_top(parse)->kind == ELEMENT_SPECTRUM)
+        return error_at(parse->error, place_here(parse), "<%s> has no meaning inside a <spectrum>", tag);
     if (!is_scene && (!type || !*type))
         return error_at(parse->error, place_here(parse), "<%s> needs the attribute type", tag);
     struct object *object = arena_alloc(parse->arena, 1, sizeof *object);
@@ -187,18 +195,16 @@ static enum status object_begin(struct parse *parse, const char *tag, const char
 }
 
 static enum status property_begin(struct parse *parse, const struct property_tag *tag, const char *const *raw) {
-    const char *known[6] = {"name"}, *a[ATTRIBUTES_CAPACITY];
-    size_t known_count = 1;
-    while (known_count < 6 && tag->attributes[known_count - 1]) {
-        known[known_count] = tag->attributes[known_count - 1];
-        known_count++;
-    }
+    const char *known[8] = {"name", "id"}, *a[ATTRIBUTES_CAPACITY];
+    size_t known_count = 2;
+    for (; known_count < 7 && tag->attributes[known_count - 2]; known_count++)
+        known[known_count] = tag->attributes[known_count - 2];
     enum status status = element_attributes(parse, tag->tag, raw, known, known_count, a);
     if (status) return status;
     struct element *owner = element_owner(parse);
     struct place place = place_here(parse);
     const char *name = attribute_value(a, "name");
-    if (!owner || owner->kind != ELEMENT_OBJECT)
+    if (!owner || (owner->kind != ELEMENT_OBJECT && owner->kind != ELEMENT_SPECTRUM))
         return error_at(parse->error, place, "<%s> must stand inside an object", tag->tag);
     if (!name || !*name) return error_at(parse->error, place, "<%s> needs the attribute name", tag->tag);
     for (const struct property_node *p = owner->properties; p; p = p->next)
@@ -207,13 +213,21 @@ static enum status property_begin(struct parse *parse, const struct property_tag
     struct property_node *node = arena_alloc(parse->arena, 1, sizeof *node);
     if (!node) return out_of_memory(parse);
     node->property = (struct property){.name = name, .place = place};
-    status = property_set(parse->arena, tag, a, &node->property, parse->error);
+    const char *type = attribute_value(a, "type");
+    if (!type) status = property_set(parse->arena, tag, a, &node->property, parse->error);
     if (status) return status;
     *owner->properties_end = node;
     owner->properties_end = &node->next;
     owner->object->property_count++;
-    status = element_push(parse, tag->type == PROPERTY_TRANSFORM ? ELEMENT_TRANSFORM : ELEMENT_LEAF, NULL);
-    if (!status) element_top(parse)->transform = &node->property;
+    struct object *spectrum = type ? arena_alloc(parse->arena, 1, sizeof *spectrum) : NULL;
+    if (type && !spectrum) return out_of_memory(parse);
+    if (spectrum) *spectrum = (struct object){.tag = tag->tag, .type = type, .id = "", .place = place};
+    status = element_push(parse,
+                          spectrum                          ? ELEMENT_SPECTRUM
+                          : tag->type == PROPERTY_TRANSFORM ? ELEMENT_TRANSFORM
+                                                            : ELEMENT_LEAF,
+                          spectrum);
+    if (!status) element_top(parse)->property = &node->property;
     return status;
 }
 
@@ -254,7 +268,7 @@ static enum status other_begin(struct parse *parse, const char *tag, const char 
     if (!strcmp(tag, "default")) {
         if (!name || !*name || !value)
             return error_at(parse->error, place, "<default> needs the attributes name and value");
-        if (!named_value_find(parse->values, name, strlen(name))) status = value_add(parse, name, value, false);
+        if (!named_value_find(parse->values, name, strlen(name))) status = value_add(parse, name, value);
     } else if (!strcmp(tag, "ref")) {
         if (!id || !*id) return error_at(parse->error, place, "<ref> needs the attribute id");
         status = child_add(parse, name, NULL, id);
@@ -306,7 +320,7 @@ static enum status element_begin(struct parse *parse, const char *tag, const cha
             return error_at(parse->error, place_here(parse), "<%.60s> must stand inside a <transform>", tag);
         enum status status = element_attributes(parse, found, raw, known, sizeof known / sizeof *known, a);
         if (!status)
-            status = transform_apply_element(found, a, place_here(parse), &top->transform->transform, parse->error);
+            status = transform_apply_element(found, a, place_here(parse), &top->property->transform, parse->error);
         return status ? status : element_push(parse, ELEMENT_LEAF, NULL);
     }
     if (top && top->kind == ELEMENT_TRANSFORM)
@@ -329,7 +343,10 @@ static void on_end(void *user, const XML_Char *tag) {
     (void)tag;
     if (parse->status || !parse->depth) return;
     struct element *element = element_top(parse);
-    if (element->kind == ELEMENT_OBJECT) parse_stop(parse, object_finish(parse, element));
+    bool is_spectrum = element->kind == ELEMENT_SPECTRUM;
+    if (element->kind == ELEMENT_OBJECT || is_spectrum) parse_stop(parse, object_finish(parse, element));
+    if (is_spectrum && !parse->status)
+        parse_stop(parse, property_set_spectrum(parse->arena, element->object, element->property, parse->error));
     parse->depth--;
 }
 
@@ -369,15 +386,17 @@ enum status description_parse(struct description *description, const char *path,
     *description = (struct description){0};
     struct element elements[DESCRIPTION_MAX_DEPTH];
     struct parse parse = {.arena = &description->arena, .run = run, .error = error, .elements = elements};
+    bool *used = arena_alloc(parse.arena, definition_count + 1, sizeof *used);
+    description->definition_used = used;
     for (size_t i = 0; i < definition_count; i++) {
         struct named_value *value = arena_alloc(parse.arena, 1, sizeof *value);
         char *name = arena_strdup(parse.arena, definitions[i].name),
              *copy = arena_strdup(parse.arena, definitions[i].value);
-        if (!value || !name || !copy) {
+        if (!used || !value || !name || !copy) {
             description_fini(description);
             return error_set(error, STATUS_MEMORY, "out of memory for the definitions");
         }
-        *value = (struct named_value){parse.values, name, copy, true, false};
+        *value = (struct named_value){parse.values, name, copy, &used[i]};
         parse.values = value; // the last of two definitions of a name counts
     }
     enum status status = parse_source(&parse, path, text, length);
@@ -386,8 +405,6 @@ enum status description_parse(struct description *description, const char *path,
         description_fini(description);
         return status;
     }
-    for (const struct named_value *v = parse.values; v; v = v->next)
-        if (v->given && !v->used) run_warn(run, "%s: -D %s=%s is used nowhere in the scene", path, v->name, v->value);
     description->root = parse.root;
     return STATUS_OK;
 }

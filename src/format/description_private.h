@@ -1,6 +1,7 @@
 // What the files of the scene reader share: description.c (lifecycle, look-up), description_parse.c (elements to
 // objects), description_names.c ($names in attributes), description_property.c (elements to properties),
-// description_value.c and description_transform.c (attribute texts to values), description_resolve.c (references).
+// description_spectrum.c (those with parameters inside), description_value.c and description_transform.c (attribute
+// texts to values), description_resolve.c (references).
 #pragma once
 
 #include "format/description.h"
@@ -17,6 +18,9 @@ enum status parse_numbers(const char *text, struct place place, const char *what
 enum status parse_color(const char *text, struct place place, bool is_srgb, rgb *color, struct error *error);
 // One number, "wavelength:value" pairs, or the lines of an .spd file.
 enum status parse_spectrum(struct arena *arena, const char *text, struct property *property, struct error *error);
+// From n pairs in arrays of the arena.
+enum status spectrum_finish(struct property *property, float *wavelengths, float *values, size_t n,
+                            struct error *error);
 enum status load_spd(struct arena *arena, const char *path, struct property *property, struct error *error);
 
 // One operation of a <transform>: `attributes` as expat gives them, `matrix` becomes operation * matrix.
@@ -28,7 +32,7 @@ const char *attribute_value(const char *const *attributes, const char *name); //
 struct named_value { // a <default> or a -D definition
     struct named_value *next;
     const char *name, *value;
-    bool given, used; // by -D; by a $name
+    bool *used; // set when a $name uses it; NULL: nobody asks
 };
 struct named_value *named_value_find(struct named_value *values, const char *name, size_t length);
 enum { ATTRIBUTES_CAPACITY = 33 }; // names and values of 16, and the end
@@ -47,6 +51,10 @@ extern const struct property_tag property_tags[];
 // Fills a property, whose name and place are set, from its attributes; transforms become the identity.
 enum status property_set(struct arena *arena, const struct property_tag *tag, const char *const *attributes,
                          struct property *property, struct error *error);
+
+// <spectrum type="..."> with its parameters inside (description_spectrum.c): fills the property.
+enum status property_set_spectrum(struct arena *arena, struct object *object, struct property *property,
+                                  struct error *error);
 
 // A <ref> or an id, in the order of the files.
 struct reference {

@@ -97,8 +97,8 @@ enum status parse_color(const char *text, struct place place, bool is_srgb, rgb 
     return STATUS_OK;
 }
 
-static enum status spectrum_finish(struct property *property, float *wavelengths, float *values, size_t n,
-                                   struct error *error) {
+enum status spectrum_finish(struct property *property, float *wavelengths, float *values, size_t n,
+                            struct error *error) {
     if (n < 2)
         return error_at(error, property->place, "a spectrum needs one number or at least two wavelength:value pairs");
     for (size_t i = 1; i < n; i++)
@@ -113,6 +113,14 @@ static enum status spectrum_finish(struct property *property, float *wavelengths
 }
 
 enum status parse_spectrum(struct arena *arena, const char *text, struct property *property, struct error *error) {
+    double listed[3];
+    size_t listed_count;
+    if (!strchr(text, ':') && !parse_numbers(text, property->place, "the spectrum", listed, 3, &listed_count, NULL) &&
+        listed_count == 3) { // as Mitsuba 0.5 reads it when it is built for RGB
+        property->type = PROPERTY_RGB;
+        property->color = (rgb){(float)listed[0], (float)listed[1], (float)listed[2]};
+        return STATUS_OK;
+    }
     if (!strchr(text, ':')) {
         enum status status = parse_number(text, property->place, "the spectrum", &property->number, error);
         property->color = rgb_gray((float)property->number);

@@ -44,6 +44,9 @@ static enum status load_child(struct loader *loader, struct object_child *child)
         }
         return load_emitter(loader, object, NULL, NULL);
     }
+    if (!strcmp(tag, "medium") && !param_name_equal(object->type, "homogeneous"))
+        run_warn(loader->run, "%s:%d:%d: medium '%s' is not supported; it is ignored unless a shape refers to it",
+                 object->place.file, object->place.line, object->place.column, object->type);
     // Media, films, samplers and filters stand here to be referred to.
     if (!strcmp(tag, "medium") || !strcmp(tag, "film") || !strcmp(tag, "sampler") || !strcmp(tag, "rfilter"))
         return STATUS_OK;
@@ -51,9 +54,23 @@ static enum status load_child(struct loader *loader, struct object_child *child)
 }
 
 enum status load_children(struct loader *loader, struct object *root) {
-    enum status status = params_check_used(root, NULL, 0, loader->error);
+    enum status status = params_check_properties(root, NULL, 0, loader->error);
     for (size_t i = 0; i < root->child_count && !status; i++) status = load_child(loader, &root->children[i]);
     return status;
+}
+
+// Of a definition that neither the scene nor a lamp in it uses.
+static void warn_unused_definitions(const struct scene *scene, const struct scene_options *options,
+                                    const struct run *run) {
+    for (size_t i = 0; i < options->definition_count; i++) {
+        const struct definition *definition = &options->definitions[i];
+        bool used = scene->description.definition_used[i];
+        for (const struct lamp_description *lamp = scene->lamps; lamp && !used; lamp = lamp->next)
+            used = lamp->description.definition_used[i];
+        if (!used)
+            run_warn(run, "%s: -D %s=%s is used nowhere in the scene", scene->path, definition->name,
+                     definition->value);
+    }
 }
 
 enum status scene_load(struct scene *scene, const char *path, const struct scene_options *options,
@@ -73,6 +90,7 @@ enum status scene_load(struct scene *scene, const char *path, const struct scene
         description_load(&scene->description, path, options->definitions, options->definition_count, run, error);
     if (!status) status = load_default_integrator(&loader);
     if (!status) status = load_children(&loader, scene->description.root);
+    if (!status) warn_unused_definitions(scene, options, run);
     if (!status && !scene->shape_count && !scene->luminaire_count) run_warn(run, "%s: the scene holds no shapes", path);
     struct commit_context context = {&scene->arena, run, scene->description.root, options->skip_missing};
     if (!status) status = scene_commit(scene, &context, error);

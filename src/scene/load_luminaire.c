@@ -43,7 +43,9 @@ static enum status expand(struct loader *loader, const struct object *object, co
                         path);
     struct lamp_description *lamp = load_alloc(loader, sizeof *lamp);
     if (!lamp) return STATUS_MEMORY;
-    enum status status = description_load(&lamp->description, path, NULL, 0, loader->run, loader->error);
+    const struct scene_options *options = loader->options;
+    enum status status = description_load(&lamp->description, path, options->definitions, options->definition_count,
+                                          loader->run, loader->error);
     if (status) return status;
     lamp->next = loader->scene->lamps;
     loader->scene->lamps = lamp;

@@ -52,6 +52,7 @@ enum status load_unknown_type(const struct loader *loader, const struct object *
 
 enum status load_texture(void *user, struct object *object, const struct texture **result, struct error *error) {
     static const char *const tags[] = {"texture", NULL};
+    static const char *const ignored[] = {"cache", "max_anisotropy", "format", "accel", NULL};
     const struct loader *loader = user;
     struct plugin_view view;
     size_t index;
@@ -63,6 +64,7 @@ enum status load_texture(void *user, struct object *object, const struct texture
     if (!texture) return STATUS_MEMORY;
     texture->type = type;
     struct commit_context context = load_context(loader, object);
+    params_ignore(object, ignored);
     enum status status = load_check_children(loader, object, tags);
     if (!status) status = params_read(texture, type->params, NULL, object, &context, &loader->maker, error);
     if (!status) status = params_check_used(object, &type->params, 1, error);
@@ -95,6 +97,7 @@ static enum status load_bsdf_children(struct loader *loader, struct object *obje
 
 enum status load_bsdf(struct loader *loader, struct object *object, const struct bsdf **result) {
     static const char *const tags[] = {"texture", "bsdf", NULL};
+    static const char *const ignored[] = {"sample_visible", NULL}; // how to sample, never what
     struct plugin_view view;
     size_t index;
     *result = object->instance;
@@ -105,6 +108,7 @@ enum status load_bsdf(struct loader *loader, struct object *object, const struct
     if (!bsdf) return STATUS_MEMORY;
     *bsdf = (struct bsdf){type, type->flags};
     struct commit_context context = load_context(loader, object);
+    params_ignore(object, ignored);
     enum status status = load_check_children(loader, object, tags);
     if (!status) status = params_read(bsdf, type->params, NULL, object, &context, &loader->maker, loader->error);
     if (!status) status = params_check_used(object, &type->params, 1, loader->error);

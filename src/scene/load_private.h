@@ -19,7 +19,7 @@ struct loader {
     const struct run *run;
     struct error *error;
     struct texture_maker maker;
-    const struct bsdf *default_bsdf;
+    const struct bsdf *default_bsdf[2]; // of shapes without one: dark, shining
     struct luminaire_file *luminaire_files;
     // Where the file that is being read stands: the scene itself, or a lamp within it.
     struct placement {

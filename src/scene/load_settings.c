@@ -82,7 +82,7 @@ static enum status read_table(const struct loader *loader, struct object *object
     struct commit_context context = load_context(loader, object);
     params_ignore(object, ignored);
     enum status status = params_read(target, params, NULL, object, &context, NULL, loader->error);
-    return status || accept_unknown ? status : params_check_used(object, &params, 1, loader->error);
+    return status || accept_unknown ? status : params_check_settings(object, &params, 1, loader->run, loader->error);
 }
 
 static struct object *child_of(struct object *object, const char *tag) {
@@ -176,7 +176,7 @@ enum status load_sensor(struct loader *loader, struct object *object) {
     if (!status)
         status = params_read(sensor, sensor_common_params, type->params, object, &context, NULL, loader->error);
     params_ignore(object, sensor_ignored);
-    if (!status) status = params_check_used(object, tables, 2, loader->error);
+    if (!status) status = params_check_settings(object, tables, 2, loader->run, loader->error);
     if (!status && sensor->near_clip >= sensor->far_clip)
         status = error_at(loader->error, object->place, "near_clip %g is not less than far_clip %g",
                           (double)sensor->near_clip, (double)sensor->far_clip);
@@ -191,19 +191,13 @@ static const struct {
     enum integrator_kind kind;
     bool wraps;
 } integrator_names[] = {
-    {"path", INTEGRATOR_PATH, false},
-    {"volpath", INTEGRATOR_PATH, false},
-    {"volpath_simple", INTEGRATOR_PATH, false},
-    {"volpathmis", INTEGRATOR_PATH, false},
-    {"prb", INTEGRATOR_PATH, false},
-    {"prbvolpath", INTEGRATOR_PATH, false},
-    {"bdpt", INTEGRATOR_BDPT, false},
-    {"particle", INTEGRATOR_PARTICLE, false},
-    {"ptracer", INTEGRATOR_PARTICLE, false},
-    {"aov", INTEGRATOR_PATH, true},
-    {"moment", INTEGRATOR_PATH, true},
-    {"adaptive", INTEGRATOR_PATH, true},
-    {"irrcache", INTEGRATOR_PATH, true},
+    {"path", INTEGRATOR_PATH, false},         {"direct", INTEGRATOR_PATH, false},
+    {"volpath", INTEGRATOR_PATH, false},      {"volpath_simple", INTEGRATOR_PATH, false},
+    {"volpathmis", INTEGRATOR_PATH, false},   {"prb", INTEGRATOR_PATH, false},
+    {"prbvolpath", INTEGRATOR_PATH, false},   {"bdpt", INTEGRATOR_BDPT, false},
+    {"particle", INTEGRATOR_PARTICLE, false}, {"ptracer", INTEGRATOR_PARTICLE, false},
+    {"aov", INTEGRATOR_PATH, true},           {"moment", INTEGRATOR_PATH, true},
+    {"adaptive", INTEGRATOR_PATH, true},      {"irrcache", INTEGRATOR_PATH, true},
     {"stokes", INTEGRATOR_PATH, true},
 };
 
@@ -213,8 +207,10 @@ enum status load_integrator(struct loader *loader, struct object *object) {
         struct object *nested = integrator_names[i].wraps ? child_of(object, "integrator") : NULL;
         if (nested) return load_integrator(loader, nested);
         loader->scene->integrator = integrator_names[i].kind;
-        return read_table(loader, object, loader->scene, integrator_params, integrator_ignored,
-                          integrator_names[i].wraps);
+        enum status status =
+            read_table(loader, object, loader->scene, integrator_params, integrator_ignored, integrator_names[i].wraps);
+        if (param_name_equal(object->type, "direct")) loader->scene->max_depth = 2; // one bounce
+        return status;
     }
     const struct place place = object->place;
     run_warn(loader->run, "%s:%d:%d: integrator '%s' is not known; 'path' is used (or choose with --integrator)",

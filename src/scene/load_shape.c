@@ -60,15 +60,22 @@ static enum status read_interior(struct loader *loader, struct object *object, s
     return STATUS_OK;
 }
 
-static enum status default_bsdf(struct loader *loader, const struct bsdf **bsdf) {
-    if (!loader->default_bsdf) {
+// Of a shape without one: diffuse, black where the shape emits, as in all versions of Mitsuba.
+static enum status default_bsdf(struct loader *loader, bool emits, const struct bsdf **bsdf) {
+    static const struct property black = {.name = "reflectance", .type = PROPERTY_FLOAT, .string = "0"};
+    const struct bsdf **made = &loader->default_bsdf[emits];
+    if (!*made) {
         struct object *object = load_alloc(loader, sizeof *object);
-        if (!object) return STATUS_MEMORY;
+        struct property *reflectance = load_alloc(loader, sizeof *reflectance);
+        if (!object || !reflectance) return STATUS_MEMORY;
+        *reflectance = black;
         *object = (struct object){.tag = "bsdf", .type = "diffuse", .id = "", .place = {loader->scene->path, 0, 0}};
-        enum status status = load_bsdf(loader, object, &loader->default_bsdf);
+        object->properties = reflectance;
+        object->property_count = emits;
+        enum status status = load_bsdf(loader, object, made);
         if (status) return status;
     }
-    *bsdf = loader->default_bsdf;
+    *bsdf = *made;
     return STATUS_OK;
 }
 
@@ -93,10 +100,12 @@ static enum status read_shape_children(struct loader *loader, struct object *obj
             status = error_at(loader->error, child->place, "a second <%s> in one shape", tag);
         }
     }
-    return status || shape->bsdf ? status : default_bsdf(loader, &shape->bsdf);
+    return status || shape->bsdf ? status : default_bsdf(loader, *emitter != NULL, &shape->bsdf);
 }
 
 enum status load_shape(struct loader *loader, struct object *object) {
+    static const char *const ignored[] = {
+        "max_smooth_angle", "collapse", "load_materials", "vertex_colors", "srgb", "silhouette_sampling_weight", NULL};
     struct plugin_view view;
     size_t index;
     struct object *emitter = NULL;
@@ -109,6 +118,7 @@ enum status load_shape(struct loader *loader, struct object *object) {
         .type = type, .id = object->id, .place = object->place, .luminaire = loader->placement.luminaire};
     struct commit_context context = load_context(loader, object);
     const struct param *const tables[] = {type->params, shape_common_params};
+    params_ignore(object, ignored);
     enum status status = params_read(shape, type->params, NULL, object, &context, &loader->maker, loader->error);
     if (!status) status = params_read(shape, shape_common_params, type->params, object, &context, NULL, loader->error);
     if (!status) status = read_shape_children(loader, object, shape, &emitter);
@@ -145,7 +155,7 @@ static enum status emitter_dim(const struct loader *loader, const struct object 
 enum status load_emitter(struct loader *loader, struct object *object, struct shape *shape,
                          const struct emitter **result) {
     static const char *const tags[] = {"texture", NULL};
-    static const char *const ignored[] = {"sampling_weight", NULL};
+    static const char *const ignored[] = {"sampling_weight", "cache", "medium", NULL};
     struct scene *scene = loader->scene;
     struct plugin_view view;
     size_t index;

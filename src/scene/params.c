@@ -253,8 +253,7 @@ void params_ignore(const struct object *object, const char *const *names) {
     }
 }
 
-static enum status unknown_param(const struct object *object, const char *name, struct place place,
-                                 const struct param *const *tables, size_t table_count, struct error *error) {
+static const char *nearest_param(const char *name, const struct param *const *tables, size_t table_count) {
     const char *names[128];
     size_t n = 0;
     for (size_t i = 0; i < table_count; i++)
@@ -262,18 +261,43 @@ static enum status unknown_param(const struct object *object, const char *name, 
             names[n++] = p->name;
             if (p->alias) names[n++] = p->alias;
         }
-    const char *near = nearest_name(name, names, n);
+    return nearest_name(name, names, n);
+}
+
+static enum status unknown_param(const struct object *object, const char *name, struct place place,
+                                 const struct param *const *tables, size_t table_count, struct error *error) {
+    const char *near = nearest_param(name, tables, table_count);
     return error_at(error, place, "no parameter '%.60s' in %s '%s'; %s%s%ssee `sconce help %s %s`", name, object->tag,
                     object->type, near ? "did you mean '" : "", near ? near : "", near ? "'? Or " : "", object->tag,
                     object->type);
 }
 
-enum status params_check_used(const struct object *object, const struct param *const *tables, size_t table_count,
-                              struct error *error) {
+enum status params_check_properties(const struct object *object, const struct param *const *tables, size_t table_count,
+                                    struct error *error) {
     for (size_t i = 0; i < object->property_count; i++)
         if (!object->properties[i].used)
             return unknown_param(object, object->properties[i].name, object->properties[i].place, tables, table_count,
                                  error);
+    return STATUS_OK;
+}
+
+enum status params_check_settings(const struct object *object, const struct param *const *tables, size_t table_count,
+                                  const struct run *run, struct error *error) {
+    for (size_t i = 0; i < object->property_count; i++) {
+        const struct property *p = &object->properties[i];
+        if (p->used) continue;
+        if (nearest_param(p->name, tables, table_count))
+            return unknown_param(object, p->name, p->place, tables, table_count, error);
+        run_note(run, "%s:%d:%d: parameter '%.60s' of %s '%s' is ignored", p->place.file, p->place.line,
+                 p->place.column, p->name, object->tag, object->type);
+    }
+    return STATUS_OK;
+}
+
+enum status params_check_used(const struct object *object, const struct param *const *tables, size_t table_count,
+                              struct error *error) {
+    enum status status = params_check_properties(object, tables, table_count, error);
+    if (status) return status;
     for (size_t i = 0; i < object->child_count; i++) {
         const struct object_child *child = &object->children[i];
         bool taken = strcmp(child->object->tag, "texture") != 0;

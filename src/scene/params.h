@@ -22,6 +22,15 @@ enum status params_read(void *plugin, const struct param *params, const struct p
 // Marks the properties whose names are in `names` (NULL at the end) as used: cosmetic ones of other renderers.
 void params_ignore(const struct object *object, const char *const *names);
 
+// An error for the first property that nothing has read, with the nearest name of the tables.
+enum status params_check_properties(const struct object *object, const struct param *const *tables,
+                                    size_t table_count, struct error *error);
+
+// The same for settings that cannot change what the scene is: only what looks like a misspelt name of the table is an
+// error, the rest a note.
+enum status params_check_settings(const struct object *object, const struct param *const *tables, size_t table_count,
+                                  const struct run *run, struct error *error);
+
 // An error for the first property, or texture child, that nothing has read, with the nearest name of the tables (any
 // may be NULL).
 enum status params_check_used(const struct object *object, const struct param *const *tables, size_t table_count,

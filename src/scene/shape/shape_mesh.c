@@ -8,6 +8,7 @@ struct mesh_shape {
     struct shape base;
     const char *filename;
     int shape_index;
+    bool flip_tex_coords;
 };
 
 #define MESH_FILENAME_PARAM                                                                                            \
@@ -16,7 +17,14 @@ struct mesh_shape {
         .help = "the mesh, relative to the scene file"                                                                 \
     }
 
-static const struct param mesh_params[] = {MESH_FILENAME_PARAM, PARAM_END};
+#define MESH_FLIP_PARAM(by_default)                                                                                    \
+    {                                                                                                                  \
+        .name = "flip_tex_coords", .type = PARAM_BOOL, .offset = offsetof(struct mesh_shape, flip_tex_coords),         \
+        .fallback = by_default, .help = "v of the texture coordinates counts from the other end"                       \
+    }
+
+static const struct param obj_params[] = {MESH_FILENAME_PARAM, MESH_FLIP_PARAM("true"), PARAM_END};
+static const struct param ply_params[] = {MESH_FILENAME_PARAM, MESH_FLIP_PARAM("false"), PARAM_END};
 static const struct param serialized_params[] = {MESH_FILENAME_PARAM,
                                                  {.name = "shape_index",
                                                   .type = PARAM_INT,
@@ -25,8 +33,10 @@ static const struct param serialized_params[] = {MESH_FILENAME_PARAM,
                                                   .min = 0,
                                                   .max = 1e9,
                                                   .help = "which of the file's meshes, from 0"},
-
+                                                 MESH_FLIP_PARAM("false"),
                                                  PARAM_END};
+
+extern const struct shape_type shape_obj;
 
 static enum status mesh_shape_commit(struct shape *shape, struct commit_context *context, struct error *error) {
     struct mesh_shape *self = (struct mesh_shape *)shape;
@@ -47,20 +57,24 @@ static enum status mesh_shape_commit(struct shape *shape, struct commit_context 
         if (error) error->status = status;
         return status;
     }
+    // The OBJ reader has flipped v already.
+    bool flip = self->flip_tex_coords != (shape->type == &shape_obj);
+    for (size_t v = 0; flip && shape->mesh.uvs && v < shape->mesh.vertex_count; v++)
+        shape->mesh.uvs[v].y = 1 - shape->mesh.uvs[v].y;
     return shape_finish_mesh(shape, context, error);
 }
 
 const struct shape_type shape_obj = {
     .name = "obj",
     .help = "a triangle mesh from a Wavefront OBJ file",
-    .params = mesh_params,
+    .params = obj_params,
     .size = sizeof(struct mesh_shape),
     .commit = mesh_shape_commit,
 };
 const struct shape_type shape_ply = {
     .name = "ply",
     .help = "a triangle mesh from a PLY file (ASCII or binary)",
-    .params = mesh_params,
+    .params = ply_params,
     .size = sizeof(struct mesh_shape),
     .commit = mesh_shape_commit,
 };

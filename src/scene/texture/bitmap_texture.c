@@ -8,21 +8,28 @@
 #include "scene/texture/uv_map.h"
 
 enum { FILTER_BILINEAR, FILTER_TRILINEAR, FILTER_EWA, FILTER_NEAREST }; // the second and third are read as the first
-enum { WRAP_REPEAT, WRAP_CLAMP, WRAP_MIRROR };
+enum { WRAP_REPEAT, WRAP_CLAMP, WRAP_MIRROR, WRAP_ZERO, WRAP_ONE };
+enum { CHANNEL_ALL, CHANNEL_R, CHANNEL_G, CHANNEL_B, CHANNEL_A };
 
 struct bitmap_texture {
     struct texture base;
     const char *filename;
-    int filter, wrap;
+    int filter, wrap, channel;
     bool raw;
-    struct transform to_uv;
+    float gamma;
+    struct uv_map uv_map;
     int width, height;
     const rgb *pixels;
 };
 
-static rgb image_pixel(const struct image *image, size_t index) {
+static rgb image_pixel(const struct bitmap_texture *b, const struct image *image, size_t index) {
     const float *p = image->pixels + index * (size_t)image->channels;
-    return image->channels < 3 ? rgb_gray(p[0]) : (rgb){p[0], p[1], p[2]};
+    bool has_alpha = image->channels == 2 || image->channels == 4, is_color = image->channels >= 3;
+    rgb v = is_color ? (rgb){p[0], p[1], p[2]} : rgb_gray(p[0]);
+    if (b->channel == CHANNEL_A) v = rgb_gray(has_alpha ? p[image->channels - 1] : 1);
+    if (b->channel != CHANNEL_ALL && b->channel != CHANNEL_A && is_color) v = rgb_gray(p[b->channel - CHANNEL_R]);
+    if (b->gamma <= 0 || b->channel == CHANNEL_A) return v;
+    return (rgb){powf(fmaxf(v.r, 0), b->gamma), powf(fmaxf(v.g, 0), b->gamma), powf(fmaxf(v.b, 0), b->gamma)};
 }
 
 static enum status bitmap_texture_commit(struct texture *texture, struct commit_context *context, struct error *error) {
@@ -30,8 +37,20 @@ static enum status bitmap_texture_commit(struct texture *texture, struct commit_
     char path[4096];
     path_resolve(path, sizeof path, context->object->place.file, b->filename);
     struct image image;
-    struct error cause;
-    enum status status = image_load(&image, path, b->raw, &cause);
+    struct error cause = {0};
+    uv_map_init(&b->uv_map);
+    enum status status = image_load(&image, path, b->raw || b->gamma > 0, &cause);
+    if (status == STATUS_IO && context->skip_missing) {
+        const struct place place = context->object->place;
+        run_warn(context->run, "%s:%d:%d: %s; the texture is a middle gray", place.file, place.line, place.column,
+                 cause.text);
+        rgb *gray = arena_alloc(context->arena, 1, sizeof *gray);
+        if (!gray) return error_set(error, STATUS_MEMORY, "no memory for the texture %s", path);
+        b->width = b->height = 1;
+        b->pixels = gray;
+        texture->value = *gray = rgb_gray(0.5f);
+        return STATUS_OK;
+    }
     if (status != STATUS_OK) {
         error_at(error, context->object->place, "%s", cause.text);
         if (error) error->status = status;
@@ -41,7 +60,7 @@ static enum status bitmap_texture_commit(struct texture *texture, struct commit_
     rgb *pixels = arena_alloc(context->arena, count, sizeof *pixels);
     double sum[3] = {0, 0, 0};
     for (size_t i = 0; pixels && i < count; ++i) {
-        pixels[i] = image_pixel(&image, i);
+        pixels[i] = image_pixel(b, &image, i);
         sum[0] += pixels[i].r;
         sum[1] += pixels[i].g;
         sum[2] += pixels[i].b;
@@ -59,13 +78,13 @@ static enum status bitmap_texture_commit(struct texture *texture, struct commit_
 // Where coordinate t falls on an axis of n texels, in texels and one period (mirror: two) from the first.
 static float axis_position(int wrap, float t, int n) {
     if (!(fabsf(t) < 1e9f)) return 0; // also not-a-number
-    if (wrap == WRAP_CLAMP) return clampf(t, 0, 1) * (float)n;
+    if (wrap == WRAP_CLAMP || wrap >= WRAP_ZERO) return clampf(t, 0, 1) * (float)n;
     float period = wrap == WRAP_MIRROR ? 2.0f : 1.0f;
     return (t - period * floorf(t / period)) * (float)n;
 }
 
 static int axis_texel(int wrap, int i, int n) { // i within one period of the image
-    if (wrap == WRAP_CLAMP) return i < 0 ? 0 : i >= n ? n - 1 : i;
+    if (wrap == WRAP_CLAMP || wrap >= WRAP_ZERO) return i < 0 ? 0 : i >= n ? n - 1 : i;
     int period = wrap == WRAP_MIRROR ? 2 * n : n;
     i = i < 0 ? i + period : i >= period ? i - period : i;
     return i < n ? i : 2 * n - 1 - i;
@@ -73,7 +92,8 @@ static int axis_texel(int wrap, int i, int n) { // i within one period of the im
 
 static rgb bitmap_texture_eval(const struct texture *texture, vec2 uv) {
     const struct bitmap_texture *b = (const struct bitmap_texture *)texture;
-    vec2 t = uv_map_apply(&b->to_uv, uv);
+    vec2 t = uv_map_apply(&b->uv_map, uv);
+    if (b->wrap >= WRAP_ZERO && !(t.x >= 0 && t.x <= 1 && t.y >= 0 && t.y <= 1)) return rgb_gray(b->wrap == WRAP_ONE);
     float x = axis_position(b->wrap, t.x, b->width);
     float y = axis_position(b->wrap, t.y, b->height);
     if (b->filter == FILTER_NEAREST) {
@@ -94,11 +114,15 @@ static const struct param bitmap_texture_params[] = {
      .help = "EXR, PNG or JPEG, relative to the scene file"},
     {"filter_type", PARAM_CHOICE, offsetof(struct bitmap_texture, filter), "bilinear",
      .choices = "bilinear|trilinear|ewa|nearest", .help = "interpolation; trilinear and ewa are read as bilinear"},
-    {"wrap_mode", PARAM_CHOICE, offsetof(struct bitmap_texture, wrap), "repeat", .choices = "repeat|clamp|mirror",
-     .help = "what lies outside the unit square"},
+    {"wrap_mode", PARAM_CHOICE, offsetof(struct bitmap_texture, wrap), "repeat",
+     .choices = "repeat|clamp|mirror|zero|one", .help = "what lies outside the unit square"},
     {"raw", PARAM_BOOL, offsetof(struct bitmap_texture, raw), "false",
      .help = "8-bit values are data (a normal map, a roughness), not sRGB colours"},
-    {"to_uv", PARAM_TRANSFORM, offsetof(struct bitmap_texture, to_uv), "", .help = "applied to uv first"},
+    {"gamma", PARAM_FLOAT, offsetof(struct bitmap_texture, gamma), "-1", .min = -1, .max = 100,
+     .help = "of the file: 1 is linear; -1 or 0: sRGB for 8-bit files, else linear"},
+    {"channel", PARAM_CHOICE, offsetof(struct bitmap_texture, channel), "all", .choices = "all|r|g|b|a",
+     .help = "one of them as a gray texture"},
+    UV_MAP_PARAMS(struct bitmap_texture, uv_map),
     PARAM_END,
 };
 

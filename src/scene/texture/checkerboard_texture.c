@@ -5,20 +5,21 @@
 struct checkerboard_texture {
     struct texture base;
     const struct texture *color0, *color1;
-    struct transform to_uv;
+    struct uv_map uv_map;
 };
 
 static enum status checkerboard_texture_commit(struct texture *texture, struct commit_context *context,
                                                struct error *error) {
     struct checkerboard_texture *c = (struct checkerboard_texture *)texture;
     (void)context, (void)error;
+    uv_map_init(&c->uv_map);
     texture->value = rgb_scale(rgb_add(c->color0->value, c->color1->value), 0.5f);
     return STATUS_OK;
 }
 
 static rgb checkerboard_texture_eval(const struct texture *texture, vec2 uv) {
     const struct checkerboard_texture *c = (const struct checkerboard_texture *)texture;
-    vec2 t = uv_map_apply(&c->to_uv, uv);
+    vec2 t = uv_map_apply(&c->uv_map, uv);
     bool second = (t.x - floorf(t.x) > 0.5f) != (t.y - floorf(t.y) > 0.5f);
     return texture_eval(second ? c->color1 : c->color0, uv);
 }
@@ -28,7 +29,7 @@ static const struct param checkerboard_texture_params[] = {
      .help = "the square at the origin"},
     {"color1", PARAM_TEXTURE, offsetof(struct checkerboard_texture, color1), "0.2", .unit = "1",
      .help = "its neighbours"},
-    {"to_uv", PARAM_TRANSFORM, offsetof(struct checkerboard_texture, to_uv), "", .help = "applied to uv first"},
+    UV_MAP_PARAMS(struct checkerboard_texture, uv_map),
     PARAM_END,
 };
 

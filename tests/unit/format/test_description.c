@@ -89,7 +89,8 @@ static void test_names_and_defaults(void **state) {
     const struct definition given[] = {{"lamp", "b"}, {"spare", "1"}};
     assert_int_equal(parse_with(text, given, 2), STATUS_OK);
     assert_string_equal(object_property(child(parsed.root, 0), "f")->string, "b/4.obj");
-    assert_non_null(strstr(messages, "-D spare=1 is used nowhere"));
+    assert_true(parsed.definition_used[0]);
+    assert_false(parsed.definition_used[1]);
     description_fini(&parsed);
     expect_error("<scene>\n<default name=\"lamp\" value=\"\"/>\n  <shape type=\"$lmap\"/></scene>",
                  "dir/s.xml:3:3: $lmap has no value; did you mean $lamp?");
