@@ -97,7 +97,7 @@ static enum status load_bsdf_children(struct loader *loader, struct object *obje
 
 enum status load_bsdf(struct loader *loader, struct object *object, const struct bsdf **result) {
     static const char *const tags[] = {"texture", "bsdf", NULL};
-    static const char *const ignored[] = {"sample_visible", NULL}; // how to sample, never what
+    static const char *const ignored[] = {"sample_visible", "flip_invalid_normals", NULL};
     struct plugin_view view;
     size_t index;
     *result = object->instance;

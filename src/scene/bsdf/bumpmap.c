@@ -8,6 +8,7 @@ struct bumpmap {
     const struct bsdf *child;
     const struct texture *texture;
     float scale;
+    bool shadowing;
 };
 
 static enum status bumpmap_commit(struct bsdf *bsdf, struct commit_context *context, struct error *error) {
@@ -32,7 +33,7 @@ static rgb bumpmap_eval(const struct bsdf *bsdf, const struct bsdf_point *point,
                         enum transport transport) {
     const struct bumpmap *b = (const struct bumpmap *)bsdf;
     struct frame frame = bumpmap_frame(b, point);
-    return perturbed_eval(b->child, &frame, point, wi, wo, transport);
+    return perturbed_eval(b->child, &frame, b->shadowing, point, wi, wo, transport);
 }
 
 static float bumpmap_pdf(const struct bsdf *bsdf, const struct bsdf_point *point, vec3 wi, vec3 wo,
@@ -46,7 +47,7 @@ static bool bumpmap_sample(const struct bsdf *bsdf, const struct bsdf_point *poi
                            enum transport transport, struct bsdf_sample *sample) {
     const struct bumpmap *b = (const struct bumpmap *)bsdf;
     struct frame frame = bumpmap_frame(b, point);
-    return perturbed_sample(b->child, &frame, point, wi, u, transport, sample);
+    return perturbed_sample(b->child, &frame, b->shadowing, point, wi, u, transport, sample);
 }
 
 static rgb bumpmap_through(const struct bsdf *bsdf, const struct bsdf_point *point, vec3 wi) {
@@ -64,6 +65,8 @@ static const struct param bumpmap_params[] = {
     {"texture", PARAM_TEXTURE, offsetof(struct bumpmap, texture), NULL, .unit = "scene length",
      .help = "height of the surface; the nested texture may have any name"},
     {"scale", PARAM_FLOAT, offsetof(struct bumpmap, scale), "1", .unit = "1", .help = "factor of the height"},
+    {"use_shadowing_function", PARAM_BOOL, offsetof(struct bumpmap, shadowing), "true",
+     .help = "soft instead of hard edges of the shade"},
     PARAM_END,
 };
 

@@ -5,6 +5,7 @@ struct normalmap {
     struct bsdf base;
     const struct bsdf *child;
     const struct texture *normalmap;
+    bool shadowing;
 };
 
 static enum status normalmap_commit(struct bsdf *bsdf, struct commit_context *context, struct error *error) {
@@ -15,14 +16,17 @@ static enum status normalmap_commit(struct bsdf *bsdf, struct commit_context *co
 
 static struct frame normalmap_frame(const struct normalmap *n, vec2 uv) {
     rgb v = texture_eval(n->normalmap, uv);
-    return perturbed_frame(vec3_normalize((vec3){2 * v.r - 1, 2 * v.g - 1, fmaxf(2 * v.b - 1, 1e-3f)}));
+    vec3 normal = {2 * v.r - 1, 2 * v.g - 1, 2 * v.b - 1};
+    if (normal.z < 0) normal = vec3_neg(normal); // as Mitsuba 3.7 does with invalid normals
+    normal.z = fmaxf(normal.z, 1e-3f);
+    return perturbed_frame(vec3_normalize(normal));
 }
 
 static rgb normalmap_eval(const struct bsdf *bsdf, const struct bsdf_point *point, vec3 wi, vec3 wo,
                           enum transport transport) {
     const struct normalmap *n = (const struct normalmap *)bsdf;
     struct frame frame = normalmap_frame(n, point->uv);
-    return perturbed_eval(n->child, &frame, point, wi, wo, transport);
+    return perturbed_eval(n->child, &frame, n->shadowing, point, wi, wo, transport);
 }
 
 static float normalmap_pdf(const struct bsdf *bsdf, const struct bsdf_point *point, vec3 wi, vec3 wo,
@@ -36,7 +40,7 @@ static bool normalmap_sample(const struct bsdf *bsdf, const struct bsdf_point *p
                              enum transport transport, struct bsdf_sample *sample) {
     const struct normalmap *n = (const struct normalmap *)bsdf;
     struct frame frame = normalmap_frame(n, point->uv);
-    return perturbed_sample(n->child, &frame, point, wi, u, transport, sample);
+    return perturbed_sample(n->child, &frame, n->shadowing, point, wi, u, transport, sample);
 }
 
 static rgb normalmap_through(const struct bsdf *bsdf, const struct bsdf_point *point, vec3 wi) {
@@ -53,6 +57,8 @@ static rgb normalmap_albedo(const struct bsdf *bsdf, vec2 uv) {
 static const struct param normalmap_params[] = {
     {"normalmap", PARAM_TEXTURE, offsetof(struct normalmap, normalmap), NULL,
      .help = "normals in tangent space as (n + 1) / 2; a bitmap with raw = true"},
+    {"use_shadowing_function", PARAM_BOOL, offsetof(struct normalmap, shadowing), "true",
+     .help = "soft instead of hard edges of the shade"},
     PARAM_END,
 };
 
