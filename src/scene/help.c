@@ -9,27 +9,58 @@
 static const char *const type_names[] = {
     [PARAM_BOOL] = "boolean",  [PARAM_INT] = "integer",         [PARAM_FLOAT] = "float",
     [PARAM_STRING] = "string", [PARAM_CHOICE] = "string",       [PARAM_RGB] = "rgb",
-    [PARAM_VEC3] = "point",    [PARAM_TRANSFORM] = "transform", [PARAM_TEXTURE] = "rgb, texture"};
+    [PARAM_VEC3] = "point",    [PARAM_TRANSFORM] = "transform", [PARAM_TEXTURE] = "rgb or texture"};
 
-// Each step copies the text so far: pages are short.
-static char *append_param(struct arena *arena, char *text, const struct param *p) {
-    const char *unit = p->unit && strcmp(p->unit, "1") ? p->unit : "";
-    if (text) text = arena_printf(arena, "%s  %-24s %-13s", text, p->name, type_names[p->type]);
-    if (text) text = arena_printf(arena, "%s%s\n", text, p->help ? p->help : "");
-    if (text && p->choices && p->type == PARAM_CHOICE)
-        text = arena_printf(arena, "%s%41sone of %s\n", text, "", p->choices);
-    if (text && p->choices && p->type == PARAM_STRING)
-        text = arena_printf(arena, "%s%41sas in %s\n", text, "", p->choices);
-    if (text && p->alias) text = arena_printf(arena, "%s%41salso called %s\n", text, "", p->alias);
-    if (text && p->min < p->max)
-        text = arena_printf(arena, "%s%41sfrom %g to %g%s%s\n", text, "", p->min, p->max, *unit ? " " : "", unit);
-    else if (text && *unit)
-        text = arena_printf(arena, "%s%41sin %s\n", text, "", unit);
-    if (text && !p->fallback)
-        text = arena_printf(arena, "%s%41srequired\n", text, "");
-    else if (text && *p->fallback)
-        text = arena_printf(arena, "%s%41sdefault %s\n", text, "", p->fallback);
+enum { LINE_WIDTH = 79, TEXT_INDENT = 6 };
+
+// Appends a line that begins with `label` and goes on with `words`, wrapped between words.
+static char *append_wrapped(struct arena *arena, char *text, const char *label, const char *words) {
+    size_t column = strlen(label);
+    if (text) text = arena_printf(arena, "%s%s", text, label);
+    for (bool first = true; text && *words; first = false) {
+        size_t length = strcspn(words, " ");
+        bool wraps = !first && column + 1 + length > LINE_WIDTH;
+        if (wraps) column = TEXT_INDENT;
+        if (wraps)
+            text = arena_printf(arena, "%s\n%*s%.*s", text, TEXT_INDENT, "", (int)length, words);
+        else
+            text = arena_printf(arena, "%s%s%.*s", text, first ? "" : " ", (int)length, words);
+        column += length + (!first && !wraps);
+        words += length + strspn(words + length, " ");
+    }
+    return text ? arena_printf(arena, "%s\n", text) : NULL;
+}
+
+static char *spaced_choices(struct arena *arena, const char *choices) {
+    char *text = arena_strdup(arena, "");
+    for (size_t length; text && *choices; choices += length + (choices[length] == '|')) {
+        length = strcspn(choices, "|");
+        text = arena_printf(arena, "%s%s%.*s", text, *text ? ", " : "", (int)length, choices);
+    }
     return text;
+}
+
+// "name: type, range, default" and below it what the parameter means. Each step copies the text so far: pages are
+// short.
+static char *append_param(struct arena *arena, char *text, const struct param *p) {
+    const char *unit = p->unit && strcmp(p->unit, "1") ? p->unit : NULL;
+    bool is_transform = p->type == PARAM_TRANSFORM;
+    char *facts = arena_printf(arena, "%s", type_names[p->type]);
+    if (facts && p->min < p->max) facts = arena_printf(arena, "%s, %g to %g", facts, p->min, p->max);
+    if (facts && unit) facts = arena_printf(arena, "%s [%s]", facts, unit);
+    if (facts && !p->fallback)
+        facts = arena_printf(arena, "%s, required", facts);
+    else if (facts)
+        facts = arena_printf(arena, "%s, %s%s", facts, *p->fallback || is_transform ? "default " : "optional",
+                             is_transform ? "identity" : p->fallback);
+    char *meaning = arena_printf(arena, "%s", p->help ? p->help : "");
+    char *choices = p->choices ? spaced_choices(arena, p->choices) : NULL;
+    if (meaning && choices)
+        meaning = arena_printf(arena, "%s; %s %s", meaning, p->type == PARAM_CHOICE ? "one of" : "names are", choices);
+    if (meaning && p->alias) meaning = arena_printf(arena, "%s; also called %s", meaning, p->alias);
+    char *label = arena_printf(arena, "  %s: ", p->name);
+    if (!facts || !meaning || !label) return NULL;
+    return append_wrapped(arena, append_wrapped(arena, text, label, facts), "      ", meaning);
 }
 
 static bool declares(const struct param *params, const char *name) {
@@ -39,7 +70,10 @@ static bool declares(const struct param *params, const char *name) {
 }
 
 static char *type_page(struct arena *arena, const struct plugin_view *view) {
-    char *text = arena_printf(arena, "<%s type=\"%s\">: %s\n", view->tag, view->name, view->help ? view->help : "");
+    char *label = arena_printf(arena, "<%s type=\"%s\">: ", view->tag, view->name);
+    char *text = arena_strdup(arena, "");
+    if (!label || !text) return NULL;
+    text = append_wrapped(arena, text, label, view->help ? view->help : "");
     bool any = view->max_nested > 0;
     if (text && any && view->min_nested == view->max_nested)
         text = arena_printf(arena, "%s  nested bsdfs: %d\n", text, view->max_nested);

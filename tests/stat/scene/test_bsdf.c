@@ -16,6 +16,8 @@
 #define METAL "<bsdf type='roughconductor'>" GGX("0.3") "<string name='material' value='Au'/></bsdf>"
 #define FROSTED "<bsdf type='roughdielectric'>" GGX("0.4") "</bsdf>"
 #define THIN "<bsdf type='thindielectric'><rgb name='specular_transmittance' value='0.7 0.9 1'/></bsdf>"
+// The shadowing function dims by the side of the light only: radiance and importance are not in a fixed ratio.
+#define UNSHADOWED "<boolean name='use_shadowing_function' value='false'/>"
 #define CHECKER                                                                                                        \
     "<texture type='checkerboard'><float name='color0' value='0.2'/><float name='color1' value='0.7'/></texture>"
 
@@ -74,14 +76,11 @@ static const struct bsdf_case {
      "type='conductor'/></bsdf>"
      "</bsdf>",
      0, 0, 1},
-    {"<bsdf type='bumpmap'>" CHECKER "<float name='scale' value='0.001'/>" METAL "</bsdf>", 0, 1, 0},
-    {"<bsdf type='mask'><bsdf type='twosided'><bsdf type='bumpmap'>" CHECKER "<float name='scale' value='0.002'/>" MATT
-     "</bsdf></bsdf></bsdf>",
+    {"<bsdf type='bumpmap'>" CHECKER UNSHADOWED "<float name='scale' value='0.001'/>" METAL "</bsdf>", 0, 1, 0},
+    {"<bsdf type='mask'><bsdf type='twosided'><bsdf type='bumpmap'>" CHECKER UNSHADOWED
+     "<float name='scale' value='0.002'/>" MATT "</bsdf></bsdf></bsdf>",
      0, 1, 0},
-    {"<bsdf type='normalmap'><rgb name='normalmap' value='0.7 0.4 0.9'/>"
-     "<boolean name='use_shadowing_function' value='false'/>" FROSTED
-     "</bsdf>", // it dims by the side of the light only
-     0, 1, 0},
+    {"<bsdf type='normalmap'><rgb name='normalmap' value='0.7 0.4 0.9'/>" UNSHADOWED FROSTED "</bsdf>", 0, 1, 0},
 };
 enum { CASES = sizeof cases / sizeof *cases, SAMPLES = 60000 };
 
