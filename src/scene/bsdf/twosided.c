@@ -56,7 +56,7 @@ static const struct param twosided_params[] = {PARAM_END};
 
 const struct bsdf_type bsdf_twosided = {
     .name = "twosided",
-    .help = "makes an opaque bsdf scatter on both sides; a second is the back",
+    .help = "makes an opaque bsdf two-sided; a second one is the back",
     .params = twosided_params,
     .size = sizeof(struct twosided),
     .min_children = 1,

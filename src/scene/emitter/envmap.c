@@ -208,7 +208,7 @@ static void envmap_pdf_emission(const struct emitter *emitter, const struct surf
 
 const struct emitter_type emitter_envmap = {
     .name = "envmap",
-    .help = "light from all around the scene by an equirectangular image",
+    .help = "an equirectangular image around the scene",
     .params = envmap_params,
     .size = sizeof(struct envmap_emitter),
     .flags = EMITTER_INFINITE,
