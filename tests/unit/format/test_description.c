@@ -148,6 +148,35 @@ static void test_colours(void **state) {
     description_fini(&parsed);
 }
 
+static void test_typed_spectra(void **state) {
+    (void)state;
+    const char *text = "<scene><shape type=\"s\">"
+                       "<spectrum name=\"a\" type=\"d65\"><float name=\"scale\" value=\"6\"/></spectrum>"
+                       "<spectrum name=\"b\" type=\"uniform\"><float name=\"value\" value=\"0.7\"/></spectrum>"
+                       "<spectrum name=\"c\" type=\"irregular\"><string name=\"wavelengths\" value=\"400, 700\"/>"
+                       "<string name=\"values\" value=\"1, 2\"/></spectrum>"
+                       "<rgb name=\"d\" type=\"srgb\"><rgb name=\"color\" value=\"1 2 3\"/></rgb>"
+                       "<spectrum name=\"e\" value=\"1, 2, 3\"/><blackbody name=\"f\" temperature=\"3000K\"/>"
+                       "<spectrum name=\"g\" type=\"blackbody\"><float name=\"temperature\" value=\"3000\"/></spectrum>"
+                       "<transform name=\"h\" id=\"place\"/></shape></scene>";
+    assert_int_equal(parse_with(text, NULL, 0), STATUS_OK);
+    const struct object *s = child(parsed.root, 0);
+    assert_true(object_property(s, "a")->type == PROPERTY_RGB && object_property(s, "a")->color.g == 6);
+    assert_true(object_property(s, "b")->color.b == 0.7f);
+    const struct property *pairs = object_property(s, "c");
+    assert_true(pairs->pair_count == 2 && pairs->wavelengths_nm[1] == 700 && pairs->values[1] == 2);
+    assert_true(object_property(s, "d")->color.b == 3 && object_property(s, "e")->color.b == 3);
+    assert_true(object_property(s, "f")->color.r == object_property(s, "g")->color.r);
+    description_fini(&parsed);
+    expect_error("<scene><shape type=\"s\"><spectrum name=\"a\" type=\"d56\"/></shape></scene>", "did you mean 'd65'?");
+    expect_error(
+        "<scene><shape type=\"s\"><spectrum name=\"a\" type=\"d65\"><shape type=\"s\"/></spectrum></shape></scene>",
+        "no meaning inside a <spectrum>");
+    expect_error("<scene><shape type=\"s\"><spectrum name=\"a\" type=\"irregular\"><string name=\"values\" "
+                 "value=\"1 2\"/></spectrum></shape></scene>",
+                 "needs the parameter 'wavelengths'");
+}
+
 static void test_errors_say_where_and_what(void **state) {
     (void)state;
     expect_error("<scene>\n <shpae type=\"a\"/></scene>",
@@ -244,6 +273,7 @@ int main(void) {
         cmocka_unit_test(test_references),
         cmocka_unit_test(test_deep_references_are_refused),
         cmocka_unit_test(test_colours),
+        cmocka_unit_test(test_typed_spectra),
         cmocka_unit_test(test_errors_say_where_and_what),
         cmocka_unit_test(test_includes),
         cmocka_unit_test(test_nearest_name),

@@ -111,10 +111,12 @@ static void test_shapes_and_references(void **state) {
         "<shape type=\"sphere\" id=\"a\"><ref id=\"white\"/><ref name=\"interior\" id=\"tint\"/></shape>"
         "<shape type=\"rectangle\"><ref id=\"white\"/><emitter type=\"area\"><rgb name=\"radiance\" "
         "value=\"3\"/></emitter></shape>"
-        "<shape type=\"sphere\"/><shape type=\"disk\"/>",
+        "<shape type=\"sphere\"/><shape type=\"disk\"/><shape type=\"disk\"><emitter type=\"area\"/></shape>",
         (struct scene_options){0}));
-    assert_int_equal(scene.shape_count, 4);
-    assert_int_equal(scene.emitter_count, 1);
+    assert_int_equal(scene.shape_count, 5);
+    assert_int_equal(scene.emitter_count, 2);
+    assert_true(bsdf_albedo(scene.shapes[3]->bsdf, (vec2){0, 0}).g == 0.5f);
+    assert_true(bsdf_albedo(scene.shapes[4]->bsdf, (vec2){0, 0}).g == 0); // what shines is black by default
     assert_string_equal(scene.shapes[0]->id, "a");
     assert_string_equal(scene.shapes[0]->bsdf->type->name, "diffuse");
     assert_ptr_equal(scene.shapes[0]->bsdf, scene.shapes[1]->bsdf);

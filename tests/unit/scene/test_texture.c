@@ -86,6 +86,29 @@ static void test_bilinear_repeat(void **state) {
     xml_fini(&t.plugins);
 }
 
+// The exact 2 x 2 image: red, green / blue, white.
+static void test_parameters_of_mitsuba_05(void **state) {
+    (void)state;
+    struct textured t;
+    const struct texture *b = bitmap(&t, exr,
+                                     "<string name='filterType' value='nearest'/><float name='uscale' value='2'/>"
+                                     "<float name='uoffset' value='0.5'/><float name='voffset' value='-0.5'/>");
+    expect(b, 0.1f, 0.1f, 1, 1, 1); // (0.7, -0.4)
+    expect(b, 0.3f, 0.6f, 1, 0, 0); // (1.1, 0.1)
+    xml_fini(&t.plugins);
+    b = bitmap(&t, exr, "<float name='uvscale' value='0.5'/><string name='filterType' value='nearest'/>");
+    expect(b, 1.5f, 0.5f, 0, 1, 0);
+    xml_fini(&t.plugins);
+    b = bitmap(&t, exr, "<string name='wrapMode' value='one'/><string name='channel' value='g'/>");
+    expect(b, 0.75f, 0.25f, 1, 1, 1);
+    expect(b, 0.25f, 0.25f, 0, 0, 0);
+    expect(b, 1.25f, 0.25f, 1, 1, 1);
+    xml_fini(&t.plugins);
+    b = bitmap(&t, exr, "<float name='gamma' value='2'/>");
+    expect(b, 0.25f, 0.25f, 1, 0, 0);
+    xml_fini(&t.plugins);
+}
+
 static void test_wrap_and_filter(void **state) {
     (void)state;
     struct textured t;
@@ -217,6 +240,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_bilinear_repeat),
         cmocka_unit_test(test_wrap_and_filter),
+        cmocka_unit_test(test_parameters_of_mitsuba_05),
         cmocka_unit_test(test_to_uv),
         cmocka_unit_test(test_raw),
         cmocka_unit_test(test_far_and_undefined_uv),
