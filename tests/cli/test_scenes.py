@@ -259,7 +259,12 @@ class Scenes(unittest.TestCase):
         self.render("s.xml", "-q")
         exr = (self.path / "out.exr").read_bytes()
         (self.path / "out.exr").unlink()
-        for name, data in [("i.png", good[:n]) for n in (0, 8, 20, 45)] + [
+        hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 20 +X 4\n" + b"\x80\x40\x20\x80" * 80
+        self.write("i.hdr", hdr)
+        self.write("s.xml", scene(bitmap("i.hdr")))
+        self.render("s.xml", "-q")
+        (self.path / "out.exr").unlink()
+        for name, data in [("i.hdr", hdr[:-40]), ("i.hdr", hdr[:30])] + [("i.png", good[:n]) for n in (0, 8, 20, 45)] + [
                 ("i.png", png(1 << 30, 1 << 30, b"")), ("i.png", png(0, 0, b"")), ("i.jpg", b"\xff\xd8\xff\xe0" + bytes(20)),
                 ("i.exr", exr[:100]), ("i.exr", exr[:-200]), ("i.exr", b"v/1\x01"), ("i.hdr", b"?"), ("i.png", exr)]:
             with self.subTest(name=name, size=len(data)):

@@ -111,7 +111,7 @@ static rgb bitmap_texture_eval(const struct texture *texture, vec2 uv) {
 
 static const struct param bitmap_texture_params[] = {
     {"filename", PARAM_STRING, offsetof(struct bitmap_texture, filename), NULL,
-     .help = "EXR, PNG or JPEG, relative to the scene file"},
+     .help = "EXR, PNG, JPEG or HDR, relative to the scene file"},
     {"filter_type", PARAM_CHOICE, offsetof(struct bitmap_texture, filter), "bilinear",
      .choices = "bilinear|trilinear|ewa|nearest", .help = "interpolation; trilinear and ewa are read as bilinear"},
     {"wrap_mode", PARAM_CHOICE, offsetof(struct bitmap_texture, wrap), "repeat",
