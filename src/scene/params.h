@@ -23,8 +23,8 @@ enum status params_read(void *plugin, const struct param *params, const struct p
 void params_ignore(const struct object *object, const char *const *names);
 
 // An error for the first property that nothing has read, with the nearest name of the tables.
-enum status params_check_properties(const struct object *object, const struct param *const *tables,
-                                    size_t table_count, struct error *error);
+enum status params_check_properties(const struct object *object, const struct param *const *tables, size_t table_count,
+                                    struct error *error);
 
 // The same for settings that cannot change what the scene is: only what looks like a misspelt name of the table is an
 // error, the rest a note.
