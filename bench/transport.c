@@ -1,11 +1,12 @@
 // Speed and efficiency of the integrators on one scene, on one thread:
-//   transport SCENE.xml [PASSES]
+//   bench_transport SCENE.xml [PASSES [WIDTHxHEIGHT [INTEGRATOR [LAMP]]]]     (LAMP: value of the scene's "lamp")
 // prints for each integrator paths per CPU second and relMSE x CPU seconds (mean over pixels of variance / (mean^2 +
-// 1e-3), times the time it took: what is left does not depend on the number of passes, less is better), then for the
-// scene as a lamp its particles per CPU second. Not part of the build: compile it with -Isrc and link the libsconce_*.a
-// of a build.
+// 1e-3), times the time it took: what is left does not depend on the number of passes, less is better), then, unless
+// one integrator is named, for the scene as a lamp its particles per CPU second. Built on request: ninja
+// bench_transport.
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "trace/integrator.h"
 #include "trace/particle_exit.h"
@@ -55,20 +56,30 @@ static void exits(const struct scene *scene) {
 
 int main(int argument_count, char **arguments) {
     if (argument_count < 2) {
-        fprintf(stderr, "usage: transport SCENE.xml [PASSES]\n");
+        fprintf(stderr, "usage: bench_transport SCENE.xml [PASSES [WIDTHxHEIGHT [INTEGRATOR [LAMP]]]]\n");
         return 2;
     }
     struct scene scene;
     struct run run = {.threads = 1, .seed = 1};
     struct error error = {0};
     int passes = argument_count > 2 ? atoi(arguments[2]) : 64, failed = 0;
-    if (scene_load(&scene, arguments[1], &(struct scene_options){.threads = 1, .skip_missing = true}, &run, &error)) {
+    const char *only = argument_count > 4 ? arguments[4] : NULL;
+    struct definition lamp = {"lamp", argument_count > 5 ? arguments[5] : ""};
+    struct scene_options options = {.threads = 1, .skip_missing = true};
+    if (argument_count > 3) sscanf(arguments[3], "%dx%d", &options.width, &options.height);
+    if (argument_count > 5) {
+        options.definitions = &lamp;
+        options.definition_count = 1;
+    }
+    if (scene_load(&scene, arguments[1], &options, &run, &error)) {
         fprintf(stderr, "%s\n", error.text);
         return 1;
     }
     for (size_t i = 0; scene.sensor && integrator_table[i] && !failed; i++)
-        failed = render(&scene, integrator_table[i], passes, &run, &error);
+        if (!only || strcmp(only, integrator_table[i]->name) == 0)
+            failed = render(&scene, integrator_table[i], passes, &run, &error);
     scene_fini(&scene);
+    if (only && !failed) return 0;
     if (!failed &&
         !scene_load(&scene, arguments[1], &(struct scene_options){.threads = 1, .lamp_only = true}, &run, &error)) {
         exits(&scene);

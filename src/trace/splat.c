@@ -2,23 +2,24 @@
 // sampling of the same filter.
 #include "trace/splat.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 #include "base/parallel.h"
 #include "trace/film_sample.h"
 
-static float filter_density(const struct sensor *sensor, float offset) { // of film_filter_offset [1/pixel]
-    float r = sensor->filter_radius, x = fabsf(offset);
-    if (x >= r) return 0;
-    switch (sensor->filter) {
-    case FILM_FILTER_TENT:
-        return (1 - x / r) / r;
-    case FILM_FILTER_GAUSSIAN: {
-        float s = sensor->filter_stddev, norm = s * sqrtf(2 * PI_F) * erff(r / (s * sqrtf(2)));
-        return expf(-0.5f * sqrf(x / s)) / norm;
-    }
-    default:
-        return 0.5f / r;
+enum { MAX_REACH = 66 }; // pixels that a filter reaches along an axis: the widest one has a radius of 32
+
+// Densities of film_filter_offset [1/pixel] at the centres of the pixels first, first + 1, ... seen from `at`.
+static void filter_densities(const struct sensor *sensor, float at, int first, int count, float *densities) {
+    float r = sensor->filter_radius, s = sensor->filter_stddev, scale = 0.5f / r;
+    if (sensor->filter == FILM_FILTER_TENT) scale = 1 / r;
+    if (sensor->filter == FILM_FILTER_GAUSSIAN) scale = 1 / (s * sqrtf(2 * PI_F) * erff(r / (s * sqrtf(2))));
+    for (int i = 0; i < count; i++) {
+        float x = fabsf((float)(first + i) + 0.5f - at);
+        densities[i] = x >= r ? 0 : scale;
+        if (sensor->filter == FILM_FILTER_TENT) densities[i] *= 1 - x / r;
+        if (sensor->filter == FILM_FILTER_GAUSSIAN) densities[i] *= expf(-0.5f * sqrf(x / s));
     }
 }
 
@@ -53,13 +54,18 @@ void splat_add(struct splat_list *list, const struct sensor *sensor, vec2 film, 
     int x0 = (int)fmaxf(ceilf(x - 0.5f - r), 0), x1 = (int)fminf(floorf(x - 0.5f + r), (float)(sensor->crop_width - 1));
     int y0 = (int)fmaxf(ceilf(y - 0.5f - r), 0),
         y1 = (int)fminf(floorf(y - 0.5f + r), (float)(sensor->crop_height - 1));
-    for (int j = y0; j <= y1; j++) {
-        float wy = filter_density(sensor, (float)j + 0.5f - y);
-        for (int i = x0; i <= x1; i++) {
-            float w = wy * filter_density(sensor, (float)i + 0.5f - x);
-            if (w > 0) list_push(list, (uint32_t)j * (uint32_t)sensor->crop_width + (uint32_t)i, rgb_scale(value, w));
+    int columns = x1 - x0 + 1, rows = y1 - y0 + 1;
+    if (columns <= 0 || rows <= 0) return;
+    float across[MAX_REACH], down[MAX_REACH];
+    assert(columns <= MAX_REACH && rows <= MAX_REACH);
+    filter_densities(sensor, x, x0, columns, across);
+    filter_densities(sensor, y, y0, rows, down);
+    for (int j = 0; j < rows; j++)
+        for (int i = 0; i < columns; i++) {
+            uint32_t pixel = (uint32_t)(y0 + j) * (uint32_t)sensor->crop_width + (uint32_t)(x0 + i);
+            float w = across[i] * down[j];
+            if (w > 0) list_push(list, pixel, rgb_scale(value, w));
         }
-    }
 }
 
 struct merge {
