@@ -154,13 +154,13 @@ bool scene_has_hidden_geometry(const struct scene *scene) {
     return false;
 }
 
-static bool is_hidden(const struct scene *scene, const struct lamp_view *view, const struct surface *surface) {
-    int i = surface->shape->luminaire;
+bool lamp_view_hides(const struct scene *scene, const struct lamp_view *view, const struct shape *shape) {
+    int i = shape->luminaire;
     if (i < 0) return false;
     if (i == view->ignore) return true;
     const struct luminaire_instance *instance = &scene->luminaires[i];
     if (instance->appearance != APPEARANCE_GEOMETRY || view->look || view->live == i) return false;
-    bool clear = surface->shape->emitter || (surface->shape->bsdf->flags & BSDF_TRANSMISSION);
+    bool clear = shape->emitter || (shape->bsdf->flags & BSDF_TRANSMISSION);
     return instance->keep == KEEP_NONE || (instance->keep == KEEP_OPAQUE && clear);
 }
 
@@ -171,7 +171,7 @@ bool lamp_view_intersect(const struct scene *scene, bool hidden, const struct la
     float travelled = 0;
     while (scene_intersect(scene, &rest, view->ignore, surface)) {
         travelled += surface->t;
-        if (!is_hidden(scene, view, surface)) {
+        if (!lamp_view_hides(scene, view, surface->shape)) {
             surface->t = travelled;
             return true;
         }

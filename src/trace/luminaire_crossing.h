@@ -49,6 +49,7 @@ struct lamp_view {
     int ignore; // luminaire whose kept geometry is invisible altogether, or -1
 };
 bool scene_has_hidden_geometry(const struct scene *scene);
+bool lamp_view_hides(const struct scene *scene, const struct lamp_view *view, const struct shape *shape);
 // scene_intersect and scene_visibility under a view. `hidden`: scene_has_hidden_geometry, found once.
 bool lamp_view_intersect(const struct scene *scene, bool hidden, const struct lamp_view *view, const struct ray *ray,
                          struct surface *surface);

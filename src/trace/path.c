@@ -41,6 +41,7 @@ static void tracer_destroy(void *state) {
     for (int i = 0; tracer->workers && i < tracer->worker_count; i++) worker_fini(&tracer->workers[i]);
     free(tracer->workers);
     light_select_destroy(tracer->lights);
+    caustic_destroy(tracer->caustic);
     free(tracer);
 }
 
@@ -62,6 +63,7 @@ enum status path_create(const struct scene *scene, const struct run *run, enum p
     tracer->hidden = scene_has_hidden_geometry(scene);
     tracer->worker_count = count;
     enum status status = light_select_create(&tracer->lights, scene, error);
+    if (status == STATUS_OK && strategy == PATH_MIS) status = caustic_create(&tracer->caustic, scene, run, error);
     for (int i = 0; status == STATUS_OK && i < count; i++) status = worker_init(&tracer->workers[i], scene, error);
     if (status == STATUS_OK)
         *state = tracer;
@@ -108,6 +110,10 @@ static enum status render_pass(void *state, struct film *film, uint64_t pass, co
     tracer->tiles_x = (film->width + PATH_TILE - 1) / PATH_TILE;
     size_t tiles = (size_t)tracer->tiles_x * (size_t)((film->height + PATH_TILE - 1) / PATH_TILE);
     parallel_for(run->threads < tracer->worker_count ? run->threads : tracer->worker_count, tiles, trace_tile, tracer);
+    enum status status = STATUS_OK;
+    if (tracer->caustic && !tracer->cancelled)
+        status = caustic_render(tracer->caustic, film, pass, run, &tracer->dropped, error);
+    if (status == STATUS_CANCELLED) tracer->cancelled = true;
     for (int i = 0; i < tracer->worker_count; i++) {
         tracer->dropped += tracer->workers[i].dropped;
         tracer->workers[i].dropped = 0;
@@ -118,7 +124,7 @@ static enum status render_pass(void *state, struct film *film, uint64_t pass, co
                  "%zu contributions were not finite and were left out (pass %llu; later ones are counted silently)",
                  tracer->dropped, (unsigned long long)pass);
     }
-    if (!tracer->cancelled) return STATUS_OK;
+    if (!tracer->cancelled) return status;
     memset(film->pass, 0, 3 * (size_t)film->width * (size_t)film->height * sizeof *film->pass);
     return error_set(error, STATUS_CANCELLED, "cancelled");
 }

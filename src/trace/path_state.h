@@ -5,6 +5,7 @@
 #pragma once
 
 #include "math/sampler.h"
+#include "trace/caustic.h"
 #include "trace/fork.h"
 #include "trace/light_select.h"
 #include "trace/luminaire_crossing.h"
@@ -40,6 +41,7 @@ struct path {
     float pdf; // [1/sr] of the ray's direction at `vertex`; 0: camera or delta, which no light sample can give
     struct light_point vertex; // where the path scattered last, as light_select sees it
     bool look; // camera ray, or delta scattering only since
+    bool may_be_caustic; // the first vertex is in the class of caustic.h
     bool has_from;
     struct fork fork; // at `surface`
     struct surface from; // where the ray starts; only with has_from
@@ -67,6 +69,7 @@ struct path_worker {
 struct path_tracer {
     const struct scene *scene;
     struct light_select *lights;
+    struct caustic *caustic; // or NULL
     enum path_strategy strategy;
     bool hidden; // scene_has_hidden_geometry
     int worker_count;

@@ -1,0 +1,156 @@
+// One pass of caustics: blocks of particles for every lamp, as many as its share of the light that meets mirrors and
+// glass, traced in parallel; their splats are added in block order.
+#include "trace/caustic_trace.h"
+
+#include <stdlib.h>
+
+#include "base/parallel.h"
+
+enum { CAUSTIC_WAVE = 64 }; // blocks traced before their splats are added, which bounds their memory
+static const double particles_per_pixel = 0.25;
+
+struct caustic {
+    const struct scene *scene;
+    struct camera camera;
+    bool hidden;
+    struct caustic_targets *targets; // for every lamp
+    struct caustic_block *blocks;
+    size_t block_count;
+    struct caustic_worker *workers;
+    int worker_count;
+    struct splat_list lists[CAUSTIC_WAVE];
+    // of the running wave
+    const struct run *run;
+    uint64_t pass;
+    size_t first;
+};
+
+static void worker_fini(struct caustic_worker *worker) {
+    free(worker->particles);
+    free(worker->active);
+    free(worker->links);
+    free(worker->points);
+    free(worker->numbers);
+    free(worker->directions);
+    free(worker->pdfs);
+    crossing_batch_fini(&worker->crossings);
+}
+
+static enum status worker_init(struct caustic_worker *worker, const struct scene *scene, struct error *error) {
+    worker->particles = calloc(CAUSTIC_BLOCK, sizeof *worker->particles);
+    worker->active = calloc(CAUSTIC_BLOCK, sizeof *worker->active);
+    worker->links = calloc(CAUSTIC_BLOCK, sizeof *worker->links);
+    worker->points = calloc(CAUSTIC_BLOCK, sizeof *worker->points);
+    worker->numbers = calloc(CAUSTIC_BLOCK, sizeof *worker->numbers);
+    worker->directions = calloc(CAUSTIC_BLOCK, sizeof *worker->directions);
+    worker->pdfs = calloc(CAUSTIC_BLOCK, sizeof *worker->pdfs);
+    if (!worker->particles || !worker->active || !worker->links || !worker->points || !worker->numbers ||
+        !worker->directions || !worker->pdfs)
+        return error_set(error, STATUS_MEMORY, "out of memory for a block of particles");
+    return crossing_batch_init(&worker->crossings, scene, CAUSTIC_BLOCK * scene->luminaire_count, error);
+}
+
+static double lamp_weight(const struct luminaire_instance *instance, const struct caustic_targets *targets) {
+    float flux[3];
+    luminaire_flux(instance->luminaire, flux);
+    rgb power = rgb_mul((rgb){flux[0], flux[1], flux[2]}, instance->dim);
+    return targets->weight * (double)rgb_mean(power) * (double)sqrf(instance->scale);
+}
+
+// Every lamp that lights a target gets its share, and at least one block.
+static enum status plan_blocks(struct caustic *caustic, struct error *error) {
+    const struct scene *scene = caustic->scene;
+    const struct sensor *sensor = scene->sensor;
+    double wanted = particles_per_pixel * sensor->crop_width * sensor->crop_height, sum = 0;
+    for (size_t i = 0; i < scene->luminaire_count; i++) sum += lamp_weight(&scene->luminaires[i], &caustic->targets[i]);
+    if (!(sum > 0)) return STATUS_OK;
+    caustic->blocks = calloc((size_t)(wanted / CAUSTIC_BLOCK) + 2 * scene->luminaire_count, sizeof *caustic->blocks);
+    if (!caustic->blocks) return error_set(error, STATUS_MEMORY, "out of memory for the plan of particles");
+    for (uint32_t i = 0; i < scene->luminaire_count; i++) {
+        double share = lamp_weight(&scene->luminaires[i], &caustic->targets[i]) / sum;
+        if (!(share > 0)) continue;
+        size_t count = (size_t)ceil(share * wanted / CAUSTIC_BLOCK);
+        for (size_t k = 0; k < count; k++)
+            caustic->blocks[caustic->block_count++] =
+                (struct caustic_block){i, (uint64_t)k * CAUSTIC_BLOCK, CAUSTIC_BLOCK, (uint64_t)count * CAUSTIC_BLOCK};
+    }
+    return STATUS_OK;
+}
+
+static enum status caustic_init(struct caustic *caustic, const struct run *run, struct error *error) {
+    const struct scene *scene = caustic->scene;
+    caustic->targets = calloc(scene->luminaire_count, sizeof *caustic->targets);
+    if (!caustic->targets) return error_set(error, STATUS_MEMORY, "out of memory for the caustics");
+    enum status status = STATUS_OK;
+    for (uint32_t i = 0; status == STATUS_OK && i < scene->luminaire_count; i++)
+        status = caustic_targets_init(&caustic->targets[i], scene, i, error);
+    if (status == STATUS_OK) status = plan_blocks(caustic, error);
+    if (status != STATUS_OK || !caustic->block_count) return status;
+    caustic->worker_count = run->threads < 1 ? 1 : run->threads;
+    caustic->workers = calloc((size_t)caustic->worker_count, sizeof *caustic->workers);
+    if (!caustic->workers) return error_set(error, STATUS_MEMORY, "out of memory for the caustics");
+    for (int i = 0; status == STATUS_OK && i < caustic->worker_count; i++)
+        status = worker_init(&caustic->workers[i], scene, error);
+    return status;
+}
+
+enum status caustic_create(struct caustic **result, const struct scene *scene, const struct run *run,
+                           struct error *error) {
+    *result = NULL;
+    bool deep_enough = scene->max_depth < 0 || scene->max_depth >= 3;
+    if (!scene->luminaire_count || !deep_enough) return STATUS_OK;
+    struct caustic *caustic = calloc(1, sizeof *caustic);
+    if (!caustic) return error_set(error, STATUS_MEMORY, "out of memory for the caustics");
+    caustic->scene = scene;
+    caustic->hidden = scene_has_hidden_geometry(scene);
+    camera_init(&caustic->camera, scene);
+    enum status status = caustic_init(caustic, run, error);
+    if (status == STATUS_OK && caustic->block_count)
+        *result = caustic;
+    else
+        caustic_destroy(caustic);
+    return status;
+}
+
+void caustic_destroy(struct caustic *caustic) {
+    if (!caustic) return;
+    for (size_t i = 0; caustic->targets && i < caustic->scene->luminaire_count; i++)
+        caustic_targets_fini(&caustic->targets[i]);
+    for (int i = 0; caustic->workers && i < caustic->worker_count; i++) worker_fini(&caustic->workers[i]);
+    for (size_t i = 0; i < CAUSTIC_WAVE; i++) splat_list_fini(&caustic->lists[i]);
+    free(caustic->targets);
+    free(caustic->workers);
+    free(caustic->blocks);
+    free(caustic);
+}
+
+static void trace_block(void *user, size_t index, int worker) {
+    struct caustic *caustic = user;
+    splat_list_clear(&caustic->lists[index]);
+    if (run_cancelled(caustic->run)) return;
+    const struct caustic_block *block = &caustic->blocks[caustic->first + index];
+    struct caustic_job job = {caustic->scene,  &caustic->camera,   &caustic->targets[block->luminaire],
+                              caustic->hidden, caustic->run->seed, caustic->pass};
+    caustic_trace_block(&job, block, &caustic->workers[worker], &caustic->lists[index]);
+}
+
+enum status caustic_render(struct caustic *caustic, struct film *film, uint64_t pass, const struct run *run,
+                           size_t *dropped, struct error *error) {
+    const struct sensor *sensor = caustic->scene->sensor;
+    int threads = run->threads < caustic->worker_count ? run->threads : caustic->worker_count;
+    caustic->run = run;
+    caustic->pass = pass;
+    for (caustic->first = 0; caustic->first < caustic->block_count; caustic->first += CAUSTIC_WAVE) {
+        size_t left = caustic->block_count - caustic->first, count = left < CAUSTIC_WAVE ? left : CAUSTIC_WAVE;
+        parallel_for(threads, count, trace_block, caustic);
+        if (run_cancelled(run)) return error_set(error, STATUS_CANCELLED, "cancelled");
+        splat_merge(caustic->lists, count, (float)sensor->width * (float)sensor->height, film->pass,
+                    (size_t)film->width * (size_t)film->height, threads);
+        for (size_t i = 0; i < count; i++) {
+            *dropped += caustic->lists[i].dropped;
+            if (caustic->lists[i].out_of_memory)
+                return error_set(error, STATUS_MEMORY, "out of memory for the particles' splats");
+        }
+    }
+    return STATUS_OK;
+}

@@ -1,0 +1,22 @@
+// Caustics of baked lamps, for the path tracer: light that leaves a lamp and meets a mirror or smooth glass first. A
+// path from the camera finds it only when scattering happens to hit the lamp's few bright millimetres, which makes
+// fireflies. So paths are split in two classes, each with its own technique; none is counted twice or lost:
+//   - caustic: the vertex next to the lamp scattered by a delta, the vertex next to the camera by no delta, and the
+//     latter is not on a lamp that shows its real geometry. Particles from the lamps find exactly these;
+//   - all others: path tracing.
+// Which class a path is in is known from either end alone: from the events at its first and its last vertex.
+#pragma once
+
+#include "trace/film.h"
+#include "base/run.h"
+#include "scene/scene.h"
+
+struct caustic;
+// *caustic is NULL where no particle could find anything: then path tracing has to count all paths.
+enum status caustic_create(struct caustic **caustic, const struct scene *scene, const struct run *run,
+                           struct error *error);
+void caustic_destroy(struct caustic *caustic); // NULL is allowed
+// Adds one pass of caustics to film->pass; the same for any number of threads. *dropped grows by the contributions that
+// were not finite.
+enum status caustic_render(struct caustic *caustic, struct film *film, uint64_t pass, const struct run *run,
+                           size_t *dropped, struct error *error);

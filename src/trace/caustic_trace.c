@@ -1,0 +1,228 @@
+// Light tracing of caustics: begin at a target with a light sample of the lamp, then hit, connect to the camera and
+// scatter until no particle is left. (Arvo 1986, "Backward Ray Tracing"; the weights are those of Veach 1997, 10.3.4
+// for a path whose first vertex after the light is sampled by area and whose light is sampled from there.)
+// What surfaces, interiors, kept geometry and other lamps do to the light on an edge mirrors path_luminaire.c and
+// path_shadow.c exactly: a lamp dims an edge by T unless one of its ends is on that lamp's own geometry.
+#include "trace/caustic_trace.h"
+
+static const float max_survival = 0.95f;
+
+static struct sampler particle_sampler(const struct caustic_job *job, const struct caustic_block *block, size_t i) {
+    // Pixels' streams are far below 2^40.
+    uint64_t stream = ((uint64_t)block->luminaire + 1) << 40 | (block->first + i);
+    return sampler_make(job->seed, stream, job->pass);
+}
+
+// The lamps on an edge between two vertices, but for `a` and `b`, whose geometry its ends are on (or -1).
+static void add_crossings(const struct caustic_job *job, struct caustic_worker *worker, uint32_t item,
+                          const struct ray *ray, float t_end, int a, int b, bool to_camera) {
+    for (uint32_t i = 0; i < job->scene->luminaire_count; i++) {
+        const struct luminaire_instance *instance = &job->scene->luminaires[i];
+        float t_mid;
+        if ((int)i == a || (int)i == b || instance->keep == KEEP_ALL) continue;
+        if (to_camera && instance->appearance == APPEARANCE_GEOMETRY) continue;
+        if (!crossing_find(instance, ray, &t_mid) || t_mid >= t_end) continue;
+        crossing_add(&worker->crossings, item, i, ray, t_mid)->wants_transmittance = true;
+    }
+}
+
+static void sample_lines(const struct caustic_job *job, const struct caustic_block *block,
+                         struct caustic_worker *worker) {
+    const struct luminaire_instance *instance = &job->scene->luminaires[block->luminaire];
+    for (size_t i = 0; i < block->count; i++) {
+        struct caustic_particle *particle = &worker->particles[i];
+        particle->sampler = particle_sampler(job, block, i);
+        float jitter = sampler_1d(&particle->sampler), pdf_area; // the targets are stratified over the particles
+        float u_target = (float)(((double)(block->first + i) + (double)jitter) / (double)block->total);
+        caustic_targets_sample(job->targets, fminf(u_target, 0x1.fffffep-1f), sampler_2d(&particle->sampler),
+                               &particle->surface, &pdf_area);
+        particle->beta = rgb_gray(1 / (pdf_area * (float)block->total));
+        vec3 s = luminaire_local_point(instance, particle->surface.p);
+        vec2 u = sampler_2d(&particle->sampler);
+        worker->points[i][0] = s.x, worker->points[i][1] = s.y, worker->points[i][2] = s.z;
+        worker->numbers[i][0] = u.x, worker->numbers[i][1] = u.y;
+        worker->numbers[i][2] = sampler_1d(&particle->sampler);
+    }
+    luminaire_sample(instance->luminaire, block->count, (const float(*)[3])worker->points,
+                     (const float(*)[3])worker->numbers, worker->directions, worker->pdfs);
+}
+
+// The first scattering, at the target. False: no delta, or nothing arrives. *arrives: the ray towards the lamp.
+static bool begin_particle(const struct caustic_job *job, const struct luminaire_instance *instance, int luminaire,
+                           vec3 to_lamp, float pdf_sa, struct caustic_particle *particle, struct ray *arrives) {
+    const struct surface *surface = &particle->surface;
+    struct ray line = {surface->p, to_lamp, 0, INFINITY};
+    float t_mid;
+    if (!(pdf_sa > 0) || !crossing_find(instance, &line, &t_mid)) return false;
+    vec2 u = sampler_2d(&particle->sampler);
+    struct bsdf_sample sample;
+    if (!surface_sample_bsdf(surface, to_lamp, (vec3){u.x, u.y, sampler_1d(&particle->sampler)}, TRANSPORT_IMPORTANCE,
+                             &sample) ||
+        !sample.delta)
+        return false;
+    rgb scatters = rgb_sub(rgb_gray(1), surface_through(surface, to_lamp));
+    rgb weight = rgb_scale(rgb_mul(sample.weight, scatters), fabsf(vec3_dot(surface->ng, to_lamp)) / pdf_sa);
+    *arrives = surface_spawn_ray(surface, to_lamp);
+    arrives->t_max = t_mid;
+    struct lamp_view view = {false, -1, luminaire};
+    weight = rgb_mul(weight, lamp_view_visibility(job->scene, job->hidden, &view, arrives));
+    weight = rgb_mul(weight, segment_absorption(surface, NULL, to_lamp, t_mid));
+    particle->beta = rgb_mul(particle->beta, weight);
+    particle->ray = surface_spawn_ray(surface, sample.wo);
+    particle->from = *surface;
+    particle->has_from = true;
+    particle->kept = surface->shape->luminaire;
+    particle->depth = 1;
+    return !rgb_is_black(particle->beta);
+}
+
+static void begin(const struct caustic_job *job, const struct caustic_block *block, struct caustic_worker *worker) {
+    const struct luminaire_instance *instance = &job->scene->luminaires[block->luminaire];
+    sample_lines(job, block, worker);
+    worker->active_count = 0;
+    worker->crossings.count = 0;
+    for (uint32_t i = 0; i < block->count; i++) {
+        struct caustic_particle *particle = &worker->particles[i];
+        const float *d = worker->directions[i];
+        vec3 to_lamp = luminaire_world_direction(instance, (vec3){d[0], d[1], d[2]});
+        struct ray arrives;
+        if (!begin_particle(job, instance, (int)block->luminaire, to_lamp, worker->pdfs[i], particle, &arrives))
+            continue;
+        struct ray line = {particle->surface.p, to_lamp, 0, INFINITY};
+        crossing_add(&worker->crossings, i, block->luminaire, &line, arrives.t_max)->wants_radiance = true;
+        add_crossings(job, worker, i, &arrives, arrives.t_max, (int)block->luminaire, particle->kept, false);
+        worker->active[worker->active_count++] = i;
+    }
+    crossing_batch_answer(&worker->crossings, job->scene);
+    for (size_t i = 0; i < worker->crossings.count; i++) {
+        const struct crossing *crossing = &worker->crossings.crossings[i];
+        struct caustic_particle *particle = &worker->particles[crossing->item];
+        particle->beta =
+            rgb_mul(particle->beta, crossing->wants_radiance ? crossing->radiance : crossing->transmittance);
+    }
+    size_t kept = 0;
+    for (size_t i = 0; i < worker->active_count; i++) {
+        struct caustic_particle *particle = &worker->particles[worker->active[i]];
+        particle->start = rgb_max(particle->beta);
+        if (particle->start > 0) worker->active[kept++] = worker->active[i];
+    }
+    worker->active_count = kept;
+}
+
+static bool hit_particle(const struct caustic_job *job, struct caustic_particle *particle) {
+    struct lamp_view view = {false, -1, -1};
+    if (!lamp_view_intersect(job->scene, job->hidden, &view, &particle->ray, &particle->surface)) return false;
+    vec3 wi = vec3_neg(particle->ray.direction);
+    particle->fork = fork_none();
+    if (surface_bsdf_flags(&particle->surface) & BSDF_NULL)
+        particle->fork = fork_choose(&particle->surface, wi, sampler_1d(&particle->sampler));
+    particle->scatters = !particle->fork.passes;
+    particle->beta =
+        rgb_mul(particle->beta, segment_absorption(particle->has_from ? &particle->from : NULL, &particle->surface,
+                                                   particle->ray.direction, particle->surface.t));
+    return !rgb_is_black(particle->beta);
+}
+
+static void hit(const struct caustic_job *job, struct caustic_worker *worker) {
+    size_t kept = 0;
+    worker->crossings.count = 0;
+    for (size_t i = 0; i < worker->active_count; i++) {
+        uint32_t index = worker->active[i];
+        struct caustic_particle *particle = &worker->particles[index];
+        if (!hit_particle(job, particle)) continue;
+        add_crossings(job, worker, index, &particle->ray, particle->surface.t, particle->kept,
+                      particle->scatters ? particle->surface.shape->luminaire : -1, false);
+        worker->active[kept++] = index;
+    }
+    worker->active_count = kept;
+    crossing_batch_answer(&worker->crossings, job->scene);
+    for (size_t i = 0; i < worker->crossings.count; i++) {
+        const struct crossing *crossing = &worker->crossings.crossings[i];
+        struct caustic_particle *particle = &worker->particles[crossing->item];
+        particle->beta = rgb_mul(particle->beta, crossing->transmittance);
+    }
+}
+
+// A camera sees the real geometry of a lamp that shows it, from where path_hit.c gathers the lamp's own light another
+// way: those vertices are not in the class.
+static bool camera_finds(const struct caustic_job *job, const struct surface *surface) {
+    int i = surface->shape->luminaire;
+    return i < 0 || job->scene->luminaires[i].appearance != APPEARANCE_GEOMETRY;
+}
+
+static void connect_particle(const struct caustic_job *job, struct caustic_worker *worker,
+                             struct caustic_particle *particle) {
+    const struct surface *surface = &particle->surface;
+    struct camera_link link;
+    if (!(surface_bsdf_flags(surface) & BSDF_SMOOTH) || !camera_finds(job, surface)) return;
+    if (!camera_connect(job->camera, surface->p, sampler_2d(&particle->sampler), &link)) return;
+    rgb value = surface_eval_bsdf(surface, vec3_neg(particle->ray.direction), link.direction, TRANSPORT_IMPORTANCE);
+    value = rgb_scale(rgb_mul(particle->beta, value), particle->fork.inverse_share * link.response);
+    if (rgb_is_black(value)) return;
+    struct ray ray = surface_spawn_ray(surface, link.direction);
+    ray.t_max = link.reach;
+    struct lamp_view view = {true, -1, -1};
+    value = rgb_mul(value, lamp_view_visibility(job->scene, job->hidden, &view, &ray));
+    value = rgb_mul(value, segment_absorption(surface, NULL, link.direction, link.distance));
+    if (rgb_is_black(value)) return;
+    add_crossings(job, worker, (uint32_t)worker->link_count, &ray, ray.t_max, surface->shape->luminaire, -1, true);
+    worker->links[worker->link_count++] = (struct caustic_link){ray, link.film, value};
+}
+
+static void connect(const struct caustic_job *job, struct caustic_worker *worker, struct splat_list *splats) {
+    worker->link_count = 0;
+    worker->crossings.count = 0;
+    for (size_t i = 0; i < worker->active_count; i++) {
+        struct caustic_particle *particle = &worker->particles[worker->active[i]];
+        if (particle->scatters) connect_particle(job, worker, particle);
+    }
+    crossing_batch_answer(&worker->crossings, job->scene);
+    for (size_t i = 0; i < worker->crossings.count; i++) {
+        const struct crossing *crossing = &worker->crossings.crossings[i];
+        struct caustic_link *link = &worker->links[crossing->item];
+        link->value = rgb_mul(link->value, crossing->transmittance);
+    }
+    for (size_t i = 0; i < worker->link_count; i++)
+        splat_add(splats, job->scene->sensor, worker->links[i].film, worker->links[i].value);
+}
+
+static bool scatter_particle(const struct caustic_job *job, struct caustic_particle *particle) {
+    if (!particle->scatters) {
+        particle->beta = rgb_mul(particle->beta, particle->fork.weight);
+        particle->ray = surface_spawn_ray(&particle->surface, particle->ray.direction);
+    } else {
+        particle->depth++;
+        if (job->scene->max_depth >= 0 && particle->depth + 1 >= job->scene->max_depth) return false;
+        vec2 u = sampler_2d(&particle->sampler);
+        vec3 number = {u.x, u.y, sampler_1d(&particle->sampler)};
+        struct bsdf_sample sample;
+        if (!surface_sample_bsdf(&particle->surface, vec3_neg(particle->ray.direction), number, TRANSPORT_IMPORTANCE,
+                                 &sample))
+            return false;
+        particle->beta = rgb_mul(particle->beta, rgb_mul(sample.weight, particle->fork.weight));
+        float survival = fminf(rgb_max(particle->beta) / particle->start, max_survival);
+        if (!(sampler_1d(&particle->sampler) < survival)) return false;
+        particle->beta = rgb_scale(particle->beta, 1 / survival);
+        particle->ray = surface_spawn_ray(&particle->surface, sample.wo);
+        particle->kept = particle->surface.shape->luminaire;
+    }
+    particle->from = particle->surface;
+    return !rgb_is_black(particle->beta);
+}
+
+static void scatter(const struct caustic_job *job, struct caustic_worker *worker) {
+    size_t kept = 0;
+    for (size_t i = 0; i < worker->active_count; i++)
+        if (scatter_particle(job, &worker->particles[worker->active[i]])) worker->active[kept++] = worker->active[i];
+    worker->active_count = kept;
+}
+
+void caustic_trace_block(const struct caustic_job *job, const struct caustic_block *block,
+                         struct caustic_worker *worker, struct splat_list *splats) {
+    begin(job, block, worker);
+    while (worker->active_count) {
+        hit(job, worker);
+        connect(job, worker, splats);
+        scatter(job, worker);
+    }
+}
