@@ -130,11 +130,12 @@ def modern(text, folder):
 
 def compare_flower(program, folder):
     """The room per quadrant without the pixels of the lamp, which hold most of the light and most of the noise; then the
-    4 x 4 pixels in the middle of the lamp, all together, against camera paths."""
+    middle of the lamp, as large as 4 x 4 pixels, all together, against camera paths."""
     text = modern((folder / "cbox_flower_lum.xml").read_text(), folder)
-    middle = text.replace('<rfilter type="box"/>', '<integer name="crop_offset_x" value="30"/><integer name="crop_offset_y" '
-                          'value="22"/><integer name="crop_width" value="4"/><integer name="crop_height" value="4"/>'
-                          '<rfilter type="box"/>')
+    crop = "".join(f'<integer name="crop_{name}" value="{value}"/>' for name, value in
+                   (("offset_x", 480), ("offset_y", 352), ("width", 64), ("height", 64)))
+    middle = text.replace('name="width" value="64"', 'name="width" value="1024"').replace(
+        'name="height" value="48"', 'name="height" value="768"').replace('<rfilter type="box"/>', crop + '<rfilter type="box"/>')
     mask = room_mask("flower", (48, 64))
     good = True
     with tempfile.TemporaryDirectory() as temporary:
@@ -145,8 +146,8 @@ def compare_flower(program, folder):
             good &= judge(f"flower {name}, outside the lamp", ours(program, rebuilt, name, samples, ["--max-depth", "32"]),
                           reference, lambda image: means_of(image, mask))
         rebuilt.write_text(middle)
-        reference = theirs(mi.load_string(middle), "path", 90112, 5, 5)
-        good &= judge("flower bdpt, the lamp", ours(program, rebuilt, "bdpt", 90112, ["--max-depth", "5"]), reference,
+        reference = theirs(mi.load_string(middle), "path", 352, 5, 5)
+        good &= judge("flower bdpt, the lamp", ours(program, rebuilt, "bdpt", 352, ["--max-depth", "5"]), reference,
                       lambda image: image.mean((0, 1)), 0.006)
     return good
 
