@@ -22,10 +22,10 @@ extern "C" {
 
 enum sconce_status {
     SCONCE_OK = 0,
-    SCONCE_INVALID,     // the input is wrong
-    SCONCE_IO,          // a file could not be read or written
-    SCONCE_MEMORY,      // an allocation failed
-    SCONCE_CANCELLED,   // cancelled() said so; what was finished is on disk and usable
+    SCONCE_INVALID, // the input is wrong
+    SCONCE_IO, // a file could not be read or written
+    SCONCE_MEMORY, // an allocation failed
+    SCONCE_CANCELLED, // cancelled() said so; what was finished is on disk and usable
     SCONCE_UNSUPPORTED, // correct input that this version cannot serve
 };
 
@@ -35,16 +35,16 @@ struct sconce_error {
 };
 
 struct sconce_progress {
-    const char *stage;  // "tracing", "training", ...
-    double fraction;    // done, 0..1
-    double elapsed_s;   // since the stage began
-    double eta_s;       // seconds left, < 0 when unknown
+    const char *stage; // "tracing", "training", ...
+    double fraction; // done, 0..1
+    double elapsed_s; // since the stage began
+    double eta_s; // seconds left, < 0 when unknown
     const char *detail; // or NULL
 };
 
 // What a long call needs from its caller. A zeroed struct is fine: all cores, seed 0, silence.
 struct sconce_run {
-    int threads;   // <= 0: all cores
+    int threads; // <= 0: all cores
     uint64_t seed; // every random number is a pure function of it; results do not depend on `threads`
     void (*message)(void *user, bool warning, const char *text);
     void (*progress)(void *user, const struct sconce_progress *progress);
@@ -60,8 +60,8 @@ struct sconce_definition {
 SCONCE_API const char *sconce_version(void);
 
 // ---- A baked luminaire: four calls are all that a renderer needs ------------------------------------------------
-// Zhu et al. 2021, "Neural Complex Luminaires", sections 3 and 5. Coordinates are the lamp's own. A line is given by any
-// point on it and the unit direction w in which light travels along it. Arrays are n times three floats.
+// Zhu et al. 2021, "Neural Complex Luminaires", sections 3 and 5. Coordinates are the lamp's own. A line is given by
+// any point on it and the unit direction w in which light travels along it. Arrays are n times three floats.
 
 struct sconce_luminaire;
 
@@ -81,41 +81,45 @@ SCONCE_API void sconce_luminaire_eval(const struct sconce_luminaire *luminaire, 
                                       const float (*w)[3], float (*radiance)[3]);
 // Fraction T in [0,1] of the light behind the lamp that gets straight through; 1 where the line misses. Thread-safe.
 SCONCE_API void sconce_luminaire_transmittance(const struct sconce_luminaire *luminaire, size_t n,
-                                               const float (*point)[3], const float (*w)[3],
-                                               float (*transmittance)[3]);
+                                               const float (*point)[3], const float (*w)[3], float (*transmittance)[3]);
 // Directions from shading points s (outside or inside the proxy) towards the lamp, and their density per solid angle
 // [1/sr]. u: three random numbers in [0,1) each. The light then travels along -direction: the estimate of the
-// irradiance at s is L(s, -direction) cos / pdf_sa. pdf_sa > 0 wherever the proxy's bounding sphere is seen. Thread-safe.
+// irradiance at s is L(s, -direction) cos / pdf_sa. pdf_sa > 0 wherever the proxy's bounding sphere is seen.
+// Thread-safe.
 SCONCE_API void sconce_luminaire_sample(const struct sconce_luminaire *luminaire, size_t n, const float (*s)[3],
                                         const float (*u)[3], float (*direction)[3], float *pdf_sa);
 SCONCE_API void sconce_luminaire_pdf(const struct sconce_luminaire *luminaire, size_t n, const float (*s)[3],
                                      const float (*direction)[3], float *pdf_sa);
-// Total emitted flux per channel. Metadata by key (docs/luminaire-format.md), NULL where absent; owned by the luminaire.
+// Total emitted flux per channel. Metadata by key (docs/luminaire-format.md), NULL where absent; owned by the
+// luminaire.
 SCONCE_API void sconce_luminaire_flux(const struct sconce_luminaire *luminaire, float flux[3]);
 SCONCE_API const char *sconce_luminaire_metadata(const struct sconce_luminaire *luminaire, const char *key);
 
 // ---- The verbs of the program ------------------------------------------------------------------------------------
 
 struct sconce_bake_options {
-    const char *lamp;   // Mitsuba XML of the lamp
+    const char *lamp; // Mitsuba XML of the lamp
     const char *output; // .safetensors
     const struct sconce_definition *definitions;
     size_t definition_count;
-    bool skip_missing;   // a missing mesh is a warning
+    bool skip_missing; // a missing mesh is a warning
     const char *quality; // "draft", "standard" (NULL) or "high": fixed work, so that one seed gives one file
-    double seconds;      // > 0: as much as fits in this wall time, instead of quality
-    const char *proxy;   // "auto" (NULL), "sphere", "box", "cylinder", or a closed mesh's file
-    bool resume;         // go on from OUTPUT's checkpoint
+    double seconds; // > 0: as much as fits in this wall time, instead of quality
+    const char *proxy; // "auto" (NULL), "sphere", "box", "cylinder", or a closed mesh's file
+    bool resume; // go on from OUTPUT's checkpoint
 };
 
 struct sconce_figures { // what was measured on held-out lines, beside the black image's score (1 = nothing learned)
     float flux[3], flux_noise[3]; // of the traced lamp, and its relative standard error
-    float flux_error[3];          // of the file against it, relative and signed
+    float flux_error[3]; // of the file against it, relative and signed
     int distance_count;
-    float distance_radii[8], irradiance_error[8], irradiance_noise[8]; // mean relative error over points at that distance
-    float light_field_error, light_field_error_black; // mean squared error of radiance over bundles of lines, relative to the mean square
+    float distance_radii[8], irradiance_error[8],
+        irradiance_noise[8]; // mean relative error over points at that distance
+    float light_field_error,
+        light_field_error_black; // mean squared error of radiance over bundles of lines, relative to the mean square
     float transparency_error, transparency_error_black; // mean absolute error
-    float sample_variance, sample_variance_uniform; // relative variance of L cos / p of one light sample; of a uniform one
+    float sample_variance,
+        sample_variance_uniform; // relative variance of L cos / p of one light sample; of a uniform one
     size_t bytes;
     double seconds;
 };
@@ -132,14 +136,15 @@ struct sconce_render_options {
     const struct sconce_definition *definitions;
     size_t definition_count;
     const char *integrator; // "path", "bdpt", "particle"; NULL: the scene's
-    int samples;            // per pixel; 0: the scene's
-    double seconds;         // > 0: as many samples as fit in this wall time, instead
-    int width, height;      // 0: the scene's
-    int max_depth;          // 0: the scene's; -1: unlimited
+    int samples; // per pixel; 0: the scene's
+    double seconds; // > 0: as many samples as fit in this wall time, instead
+    int width, height; // 0: the scene's
+    int max_depth; // 0: the scene's; -1: unlimited
     bool skip_missing;
-    float exposure;   // of a .png; 0: automatic
-    const char *mask; // an .exr to write as well: 1 where the camera sees no baked lamp, directly or in a mirror; or NULL
-    const char *png;  // a .png to write beside the output, or NULL
+    float exposure; // of a .png; 0: automatic
+    const char
+        *mask; // an .exr to write as well: 1 where the camera sees no baked lamp, directly or in a mirror; or NULL
+    const char *png; // a .png to write beside the output, or NULL
 };
 
 struct sconce_render_result {
@@ -155,7 +160,8 @@ SCONCE_API enum sconce_status sconce_render(const struct sconce_render_options *
 
 struct sconce_comparison {
     double mse, rel_mse, psnr_db, psnr_log_db, flip; // rel_mse: mean of (a - r)^2 / (r^2 + 1e-3)
-    double rel_mse_corrected; // rel_mse less what the reference's own noise adds (its variance channels), or NAN without
+    double
+        rel_mse_corrected; // rel_mse less what the reference's own noise adds (its variance channels), or NAN without
     double mean_ratio[3];
     double block_error_max, block_error_mean; // |mean ratio - 1| over 4x4 blocks
     size_t pixel_count;
@@ -169,14 +175,14 @@ SCONCE_API enum sconce_status sconce_compare(const char *image, const char *refe
 SCONCE_API enum sconce_status sconce_info(const char *path, const struct sconce_definition *definitions,
                                           size_t definition_count, const struct sconce_run *run, char **json,
                                           struct sconce_error *error);
-// Help on "bsdf", "shape", "emitter", "texture", "sensor" and their types, from the tables that parse scenes; both may be
-// NULL. free() it.
+// Help on "bsdf", "shape", "emitter", "texture", "sensor" and their types, from the tables that parse scenes; both may
+// be NULL. free() it.
 SCONCE_API enum sconce_status sconce_help(const char *kind, const char *type, char **text, struct sconce_error *error);
 
 struct sconce_report_entry {
-    const char *name;  // "baked, path"
+    const char *name; // "baked, path"
     const char *image; // .exr
-    const char *json;  // what `sconce render --json` printed for it, a file; or NULL
+    const char *json; // what `sconce render --json` printed for it, a file; or NULL
 };
 // One self-contained HTML page: pictures, differences and figures of each entry against the reference.
 struct sconce_report_options {
@@ -184,8 +190,8 @@ struct sconce_report_options {
     struct sconce_report_entry reference;
     const struct sconce_report_entry *entries;
     size_t entry_count;
-    const char *mask;       // or NULL
-    const char *bake_json;  // what `sconce bake --json` printed, a file; or NULL
+    const char *mask; // or NULL
+    const char *bake_json; // what `sconce bake --json` printed, a file; or NULL
 };
 SCONCE_API enum sconce_status sconce_report(const struct sconce_report_options *options, struct sconce_error *error);
 

@@ -33,10 +33,14 @@ static enum status quality_parse(struct bake_options *bake, const char *name, st
 }
 
 static void proxy_parse(struct bake_options *bake, const char *name) {
-    if (!strcmp(name, "auto")) bake->proxy = BAKE_PROXY_AUTO;
-    else if (!strcmp(name, "sphere")) bake->proxy = BAKE_PROXY_SPHERE;
-    else if (!strcmp(name, "box")) bake->proxy = BAKE_PROXY_BOX;
-    else if (!strcmp(name, "cylinder")) bake->proxy = BAKE_PROXY_CYLINDER;
+    if (!strcmp(name, "auto"))
+        bake->proxy = BAKE_PROXY_AUTO;
+    else if (!strcmp(name, "sphere"))
+        bake->proxy = BAKE_PROXY_SPHERE;
+    else if (!strcmp(name, "box"))
+        bake->proxy = BAKE_PROXY_BOX;
+    else if (!strcmp(name, "cylinder"))
+        bake->proxy = BAKE_PROXY_CYLINDER;
     else {
         bake->proxy = BAKE_PROXY_MESH;
         bake->proxy_path = name;

@@ -64,17 +64,19 @@ static enum status info_image(const char *path, json_t *json, struct error *erro
         }
         static const char *const usual[] = {"R", "G", "B", "A"};
         json_array_append_new(channels, json_pack("{s:s, s:f, s:f, s:f, s:I}", "name",
-                                                  image.channel_names ? image.channel_names[c] : image.channels == 1 ? "Y" : usual[c & 3],
-                                                  "min", (double)low, "max", (double)high, "mean", bad ? 0.0 : sum / (double)pixels,
-                                                  "not_finite", (json_int_t)bad));
+                                                  image.channel_names   ? image.channel_names[c]
+                                                  : image.channels == 1 ? "Y"
+                                                                        : usual[c & 3],
+                                                  "min", (double)low, "max", (double)high, "mean",
+                                                  bad ? 0.0 : sum / (double)pixels, "not_finite", (json_int_t)bad));
     }
     json_object_set_new(json, "channels", channels);
     image_fini(&image);
     return STATUS_OK;
 }
 
-static enum status info_scene(const char *path, const struct scene_options *options, const struct run *run, json_t *json,
-                              struct error *error) {
+static enum status info_scene(const char *path, const struct scene_options *options, const struct run *run,
+                              json_t *json, struct error *error) {
     struct scene scene = {0};
     enum status status = scene_load(&scene, path, options, run, error);
     if (status) return status;
@@ -83,26 +85,31 @@ static enum status info_scene(const char *path, const struct scene_options *opti
     for (size_t i = 0; i < scene.shape_count; i++) {
         const struct shape *shape = scene.shapes[i];
         triangles += shape->mesh.triangle_count;
-        json_array_append_new(shapes, json_pack("{s:s, s:s, s:s, s:I, s:b}", "type", shape->type->name, "id", shape->id ? shape->id : "",
-                                                "bsdf", shape->bsdf && shape->bsdf->type ? shape->bsdf->type->name : "", "triangles",
-                                                (json_int_t)shape->mesh.triangle_count, "emits", shape->emitter != NULL));
+        json_array_append_new(
+            shapes, json_pack("{s:s, s:s, s:s, s:I, s:b}", "type", shape->type->name, "id", shape->id ? shape->id : "",
+                              "bsdf", shape->bsdf && shape->bsdf->type ? shape->bsdf->type->name : "", "triangles",
+                              (json_int_t)shape->mesh.triangle_count, "emits", shape->emitter != NULL));
     }
     json_t *emitters = json_array();
     for (size_t i = 0; i < scene.emitter_count; i++) {
         const rgb power = scene.emitters[i]->power;
-        json_array_append_new(emitters, json_pack("{s:s, s:[fff]}", "type", scene.emitters[i]->type->name, "power", (double)power.r,
-                                                  (double)power.g, (double)power.b));
+        json_array_append_new(emitters, json_pack("{s:s, s:[fff]}", "type", scene.emitters[i]->type->name, "power",
+                                                  (double)power.r, (double)power.g, (double)power.b));
     }
     json_object_set_new(json, "kind", json_string("scene"));
     json_object_set_new(json, "triangles", json_integer((json_int_t)triangles));
     json_object_set_new(json, "shapes", shapes);
     json_object_set_new(json, "emitters", emitters);
     json_object_set_new(json, "luminaires", json_integer((json_int_t)scene.luminaire_count));
-    json_object_set_new(json, "bounds", json_pack("{s:[fff], s:f}", "center", (double)scene.bounds.center.x, (double)scene.bounds.center.y,
-                                                  (double)scene.bounds.center.z, "radius", (double)scene.bounds.radius));
+    json_object_set_new(json, "bounds",
+                        json_pack("{s:[fff], s:f}", "center", (double)scene.bounds.center.x,
+                                  (double)scene.bounds.center.y, (double)scene.bounds.center.z, "radius",
+                                  (double)scene.bounds.radius));
     if (scene.sensor)
-        json_object_set_new(json, "sensor", json_pack("{s:s, s:i, s:i, s:i}", "type", scene.sensor->type->name, "width", scene.sensor->width,
-                                                      "height", scene.sensor->height, "samples", scene.sensor->sample_count));
+        json_object_set_new(json, "sensor",
+                            json_pack("{s:s, s:i, s:i, s:i}", "type", scene.sensor->type->name, "width",
+                                      scene.sensor->width, "height", scene.sensor->height, "samples",
+                                      scene.sensor->sample_count));
     scene_fini(&scene);
     return STATUS_OK;
 }
@@ -115,12 +122,15 @@ enum sconce_status sconce_info(const char *path, const struct sconce_definition 
     *text = NULL;
     json_t *json = json_pack("{s:s}", "file", path);
     enum status status;
-    if (has_extension(path, ".safetensors")) status = info_luminaire(path, json, &inner);
+    if (has_extension(path, ".safetensors"))
+        status = info_luminaire(path, json, &inner);
     else if (has_extension(path, ".xml")) {
         struct scene_options options = {.definitions = (const struct definition *)definitions,
-                                        .definition_count = definition_count, .threads = api.run.threads};
+                                        .definition_count = definition_count,
+                                        .threads = api.run.threads};
         status = info_scene(path, &options, &api.run, json, &inner);
-    } else status = info_image(path, json, &inner);
+    } else
+        status = info_image(path, json, &inner);
     if (!status && !(*text = json_dumps(json, JSON_INDENT(2) | JSON_REAL_PRECISION(7))))
         status = error_set(&inner, STATUS_MEMORY, "%s: out of memory", path);
     json_decref(json);
@@ -134,7 +144,8 @@ enum sconce_status sconce_help(const char *kind, const char *type, char **text, 
     const char *help = help_text(&arena, kind, type);
     if (help) *text = strdup(help);
     enum status status = STATUS_OK;
-    if (!*text) status = error_set(&inner, STATUS_MEMORY, "out of memory");
+    if (!*text)
+        status = error_set(&inner, STATUS_MEMORY, "out of memory");
     else if (!help_knows(kind, type)) {
         status = error_set(&inner, STATUS_INVALID, "%s", *text);
         free(*text);

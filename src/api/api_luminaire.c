@@ -3,9 +3,12 @@
 #include "luminaire/luminaire.h"
 
 // struct sconce_luminaire is struct luminaire seen from outside; it is never defined.
-static const struct luminaire *inner(const struct sconce_luminaire *luminaire) { return (const struct luminaire *)luminaire; }
+static const struct luminaire *inner(const struct sconce_luminaire *luminaire) {
+    return (const struct luminaire *)luminaire;
+}
 
-enum sconce_status sconce_luminaire_open(struct sconce_luminaire **luminaire, const char *path, struct sconce_error *error) {
+enum sconce_status sconce_luminaire_open(struct sconce_luminaire **luminaire, const char *path,
+                                         struct sconce_error *error) {
     struct luminaire *loaded = NULL;
     struct error inner_error = {0};
     enum status status = luminaire_load(&loaded, path, &inner_error);
@@ -24,8 +27,8 @@ bool sconce_luminaire_span(const struct sconce_luminaire *luminaire, const float
     return luminaire_span(inner(luminaire), origin, direction, t_near, t_far);
 }
 
-void sconce_luminaire_eval(const struct sconce_luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
-                           float (*radiance)[3]) {
+void sconce_luminaire_eval(const struct sconce_luminaire *luminaire, size_t n, const float (*point)[3],
+                           const float (*w)[3], float (*radiance)[3]) {
     luminaire_eval(inner(luminaire), n, point, w, radiance);
 }
 
@@ -34,17 +37,19 @@ void sconce_luminaire_transmittance(const struct sconce_luminaire *luminaire, si
     luminaire_transmittance(inner(luminaire), n, point, w, transmittance);
 }
 
-void sconce_luminaire_sample(const struct sconce_luminaire *luminaire, size_t n, const float (*s)[3], const float (*u)[3],
-                             float (*direction)[3], float *pdf_sa) {
+void sconce_luminaire_sample(const struct sconce_luminaire *luminaire, size_t n, const float (*s)[3],
+                             const float (*u)[3], float (*direction)[3], float *pdf_sa) {
     luminaire_sample(inner(luminaire), n, s, u, direction, pdf_sa);
 }
 
-void sconce_luminaire_pdf(const struct sconce_luminaire *luminaire, size_t n, const float (*s)[3], const float (*direction)[3],
-                          float *pdf_sa) {
+void sconce_luminaire_pdf(const struct sconce_luminaire *luminaire, size_t n, const float (*s)[3],
+                          const float (*direction)[3], float *pdf_sa) {
     luminaire_pdf(inner(luminaire), n, s, direction, pdf_sa);
 }
 
-void sconce_luminaire_flux(const struct sconce_luminaire *luminaire, float flux[3]) { luminaire_flux(inner(luminaire), flux); }
+void sconce_luminaire_flux(const struct sconce_luminaire *luminaire, float flux[3]) {
+    luminaire_flux(inner(luminaire), flux);
+}
 
 const char *sconce_luminaire_metadata(const struct sconce_luminaire *luminaire, const char *key) {
     return luminaire_metadata(inner(luminaire), key);

@@ -37,11 +37,16 @@ enum sconce_status sconce_render(const struct sconce_render_options *options, co
     double load_s = clock_wall_s() - start;
     if (options->max_depth) scene.max_depth = options->max_depth;
     status = integrator_choose(&scene, options->integrator, &inner);
-    struct render_options render = {options->output, options->samples, options->seconds, options->exposure, options->mask, options->png};
+    struct render_options render = {options->output,   options->samples, options->seconds,
+                                    options->exposure, options->mask,    options->png};
     if (!status) status = render_scene(&scene, &render, &api.run, &rendered, &inner);
     if (result) {
-        *result = (struct sconce_render_result){.width = rendered.width, .height = rendered.height, .samples = rendered.samples,
-                                                .wall_s = rendered.wall_s, .cpu_s = rendered.cpu_s, .load_s = load_s};
+        *result = (struct sconce_render_result){.width = rendered.width,
+                                                .height = rendered.height,
+                                                .samples = rendered.samples,
+                                                .wall_s = rendered.wall_s,
+                                                .cpu_s = rendered.cpu_s,
+                                                .load_s = load_s};
         snprintf(result->integrator, sizeof result->integrator, "%s", integrator_table[scene.integrator]->name);
         memcpy(result->mean, rendered.mean, sizeof result->mean);
     }
@@ -49,7 +54,8 @@ enum sconce_status sconce_render(const struct sconce_render_options *options, co
     return api_status(status, &inner, error);
 }
 
-_Static_assert(sizeof(struct definition) == sizeof(struct sconce_definition), "definitions are passed through as they are");
+_Static_assert(sizeof(struct definition) == sizeof(struct sconce_definition),
+               "definitions are passed through as they are");
 
 enum sconce_status sconce_compare(const char *image, const char *reference, const char *mask,
                                   struct sconce_comparison *comparison, struct sconce_error *error) {
@@ -72,14 +78,16 @@ enum sconce_status sconce_compare(const char *image, const char *reference, cons
 
 enum sconce_status sconce_report(const struct sconce_report_options *options, struct sconce_error *error) {
     struct error inner = {0};
-    struct report_options report = {.output = options->output,
-                                    .title = options->title ? options->title : "sconce",
-                                    .reference = {options->reference.name, options->reference.image, options->reference.json},
-                                    .entries = (const struct report_entry *)options->entries,
-                                    .entry_count = options->entry_count,
-                                    .mask_path = options->mask,
-                                    .bake_json_path = options->bake_json};
+    struct report_options report = {
+        .output = options->output,
+        .title = options->title ? options->title : "sconce",
+        .reference = {options->reference.name, options->reference.image, options->reference.json},
+        .entries = (const struct report_entry *)options->entries,
+        .entry_count = options->entry_count,
+        .mask_path = options->mask,
+        .bake_json_path = options->bake_json};
     return api_status(report_write(&report, &inner), &inner, error);
 }
 
-_Static_assert(sizeof(struct report_entry) == sizeof(struct sconce_report_entry), "entries are passed through as they are");
+_Static_assert(sizeof(struct report_entry) == sizeof(struct sconce_report_entry),
+               "entries are passed through as they are");

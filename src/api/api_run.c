@@ -6,7 +6,8 @@
 #include "base/parallel.h"
 
 _Static_assert((int)SCONCE_UNSUPPORTED == (int)STATUS_UNSUPPORTED && (int)SCONCE_CANCELLED == (int)STATUS_CANCELLED &&
-                   (int)SCONCE_IO == (int)STATUS_IO, "the public status codes are the internal ones");
+                   (int)SCONCE_IO == (int)STATUS_IO,
+               "the public status codes are the internal ones");
 
 static void message(void *user, enum message_level level, const char *text) {
     const struct sconce_run *outer = ((struct api_run *)user)->outer;
@@ -16,7 +17,8 @@ static void message(void *user, enum message_level level, const char *text) {
 static void progress(void *user, const struct progress *p) {
     const struct sconce_run *outer = ((struct api_run *)user)->outer;
     if (outer && outer->progress)
-        outer->progress(outer->user, &(struct sconce_progress){p->stage, p->fraction, p->elapsed_s, p->eta_s, p->detail});
+        outer->progress(outer->user,
+                        &(struct sconce_progress){p->stage, p->fraction, p->elapsed_s, p->eta_s, p->detail});
 }
 
 static bool cancelled(void *user) {

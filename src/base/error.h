@@ -3,10 +3,10 @@
 
 enum status {
     STATUS_OK = 0,
-    STATUS_INVALID,     // the input is wrong: the text says where and what to do
-    STATUS_IO,          // a file could not be read or written
-    STATUS_MEMORY,      // an allocation failed
-    STATUS_CANCELLED,   // the caller asked to stop; what was finished is usable
+    STATUS_INVALID, // the input is wrong: the text says where and what to do
+    STATUS_IO, // a file could not be read or written
+    STATUS_MEMORY, // an allocation failed
+    STATUS_CANCELLED, // the caller asked to stop; what was finished is usable
     STATUS_UNSUPPORTED, // correct input that this build cannot serve
 };
 

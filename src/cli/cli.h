@@ -11,8 +11,8 @@ struct command {
     const char *name, *arguments, *summary;
     int (*run)(int argc, char **argv); // argv[0] is "sconce NAME"
 };
-extern const struct command command_bake, command_render, command_compare, command_evaluate, command_info, command_report,
-    command_help;
+extern const struct command command_bake, command_render, command_compare, command_evaluate, command_info,
+    command_report, command_help;
 
 // --- Options that every command understands (common.c). ---
 struct common {
@@ -23,15 +23,17 @@ struct common {
     struct terminal *terminal;
 };
 
-extern const struct argp common_argp;          // for argp's children; its input is a struct common *
-void common_init(struct common *common);       // call before argp_parse
+extern const struct argp common_argp; // for argp's children; its input is a struct common *
+void common_init(struct common *common); // call before argp_parse
 void common_fini(struct common *common);
 int common_fail(struct common *common, const struct sconce_error *error); // prints it; returns the exit code
 
-double option_number(struct argp_state *state, const char *text, const char *option, double min, double max); // or usage error
+double option_number(struct argp_state *state, const char *text, const char *option, double min,
+                     double max); // or usage error
 char *option_last_positional(struct argp_state *state, const char *text, char *previous, const char *what);
 
-// --- Progress (terminal.c): a bar with elapsed time and ETA on a terminal, a plain line every ten seconds otherwise. ---
+// --- Progress (terminal.c): a bar with elapsed time and ETA on a terminal, a plain line every ten seconds otherwise.
+// ---
 struct terminal *terminal_create(bool quiet);
 void terminal_progress(void *terminal, const struct sconce_progress *progress);
 void terminal_message(struct terminal *terminal, bool warning, const char *text);

@@ -13,7 +13,8 @@ enum { KEY_PROXY = 2000, KEY_RESUME };
 
 static const struct argp_option OPTIONS[] = {
     {"output", 'o', "FILE", 0, "the luminaire; default LAMP.safetensors", 1},
-    {"quality", 'Q', "NAME", 0, "draft (some 20 s on two cores), standard (the default, under 3 minutes) or high (half an hour)", 1},
+    {"quality", 'Q', "NAME", 0,
+     "draft (some 20 s on two cores), standard (the default, under 3 minutes) or high (half an hour)", 1},
     {"seconds", 's', "S", 0, "as much as fits in this time instead", 1},
     {"proxy", KEY_PROXY, "SHAPE", 0, "sphere, box, cylinder or a closed mesh's file (default: the tightest)", 1},
     {"resume", KEY_RESUME, 0, 0, "go on from where an interrupted bake stopped", 1},
@@ -23,22 +24,37 @@ static error_t parse(int key, char *argument, struct argp_state *state) {
     struct bake_input *input = state->input;
     struct sconce_bake_options *o = &input->options;
     switch (key) {
-    case ARGP_KEY_INIT: state->child_inputs[0] = &input->common; return 0;
-    case 'o': o->output = argument; return 0;
+    case ARGP_KEY_INIT:
+        state->child_inputs[0] = &input->common;
+        return 0;
+    case 'o':
+        o->output = argument;
+        return 0;
     case 'Q':
         if (strcmp(argument, "draft") && strcmp(argument, "standard") && strcmp(argument, "high"))
             argp_error(state, "--quality takes draft, standard or high, not '%s'", argument);
         o->quality = argument;
         return 0;
-    case 's': o->seconds = option_number(state, argument, "--seconds", 1, 1e8); return 0;
-    case KEY_PROXY: o->proxy = argument; return 0;
-    case KEY_RESUME: o->resume = true; return 0;
-    case ARGP_KEY_ARG: o->lamp = option_last_positional(state, argument, (char *)(uintptr_t)o->lamp, "lamp"); return 0;
-    case ARGP_KEY_NO_ARGS: argp_error(state, "which lamp? Give a Mitsuba XML file"); return 0;
+    case 's':
+        o->seconds = option_number(state, argument, "--seconds", 1, 1e8);
+        return 0;
+    case KEY_PROXY:
+        o->proxy = argument;
+        return 0;
+    case KEY_RESUME:
+        o->resume = true;
+        return 0;
+    case ARGP_KEY_ARG:
+        o->lamp = option_last_positional(state, argument, (char *)(uintptr_t)o->lamp, "lamp");
+        return 0;
+    case ARGP_KEY_NO_ARGS:
+        argp_error(state, "which lamp? Give a Mitsuba XML file");
+        return 0;
     case ARGP_KEY_END:
         if (o->quality && o->seconds > 0) argp_error(state, "--quality and --seconds exclude each other");
         return 0;
-    default: return ARGP_ERR_UNKNOWN;
+    default:
+        return ARGP_ERR_UNKNOWN;
     }
 }
 
@@ -52,7 +68,8 @@ static int run(int argc, char **argv) {
     struct sconce_bake_options *o = &input.options;
     if (!o->output) {
         const char *dot = strrchr(o->lamp, '.');
-        snprintf(output, sizeof output, "%.*s.safetensors", (int)(dot ? dot - o->lamp : (long)strlen(o->lamp)), o->lamp);
+        snprintf(output, sizeof output, "%.*s.safetensors", (int)(dot ? dot - o->lamp : (long)strlen(o->lamp)),
+                 o->lamp);
         o->output = output;
     }
     o->definitions = input.common.definitions;

@@ -11,31 +11,39 @@ struct evaluate_input {
 static error_t parse(int key, char *argument, struct argp_state *state) {
     struct evaluate_input *input = state->input;
     switch (key) {
-    case ARGP_KEY_INIT: state->child_inputs[0] = &input->common; return 0;
+    case ARGP_KEY_INIT:
+        state->child_inputs[0] = &input->common;
+        return 0;
     case ARGP_KEY_ARG:
-        if (!input->luminaire) input->luminaire = argument;
-        else input->lamp = option_last_positional(state, argument, (char *)(uintptr_t)input->lamp, "lamp");
+        if (!input->luminaire)
+            input->luminaire = argument;
+        else
+            input->lamp = option_last_positional(state, argument, (char *)(uintptr_t)input->lamp, "lamp");
         return 0;
     case ARGP_KEY_END:
         if (!input->lamp) argp_error(state, "two files are needed: the luminaire and its lamp");
         return 0;
-    default: return ARGP_ERR_UNKNOWN;
+    default:
+        return ARGP_ERR_UNKNOWN;
     }
 }
 
 static int run(int argc, char **argv) {
     static const struct argp_child children[] = {{&common_argp, 0, "Common options:", 8}, {0}};
-    static const struct argp argp = {0, parse, "LAMP.safetensors LAMP.xml", "Measures a luminaire on held-out light.", children, 0, 0};
+    static const struct argp argp = {
+        0, parse, "LAMP.safetensors LAMP.xml", "Measures a luminaire on held-out light.", children, 0, 0};
     struct evaluate_input input = {0};
     common_init(&input.common);
     if (argp_parse(&argp, argc, argv, 0, 0, &input)) return EXIT_USAGE;
     struct sconce_figures figures;
     struct sconce_error error;
-    if (sconce_evaluate(input.luminaire, input.lamp, &input.common.run, &figures, &error)) return common_fail(&input.common, &error);
+    if (sconce_evaluate(input.luminaire, input.lamp, &input.common.run, &figures, &error))
+        return common_fail(&input.common, &error);
     bool json = input.common.json;
     common_fini(&input.common);
     figures_print(&figures, json);
     return EXIT_FINE;
 }
 
-const struct command command_evaluate = {"evaluate", "LAMP.safetensors LAMP.xml", "measures a luminaire on held-out light", run};
+const struct command command_evaluate = {"evaluate", "LAMP.safetensors LAMP.xml",
+                                         "measures a luminaire on held-out light", run};

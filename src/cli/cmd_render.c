@@ -29,29 +29,51 @@ static error_t parse(int key, char *argument, struct argp_state *state) {
     struct sconce_render_options *o = &input->options;
     char rest;
     switch (key) {
-    case ARGP_KEY_INIT: state->child_inputs[0] = &input->common; return 0;
-    case 'o': o->output = argument; return 0;
+    case ARGP_KEY_INIT:
+        state->child_inputs[0] = &input->common;
+        return 0;
+    case 'o':
+        o->output = argument;
+        return 0;
     case 'i':
         if (strcmp(argument, "path") && strcmp(argument, "bdpt") && strcmp(argument, "particle"))
             argp_error(state, "--integrator takes path, bdpt or particle, not '%s'", argument);
         o->integrator = argument;
         return 0;
-    case KEY_SPP: o->samples = (int)option_number(state, argument, "--spp", 1, 1e9); return 0;
-    case 's': o->seconds = option_number(state, argument, "--seconds", 0.01, 1e8); return 0;
+    case KEY_SPP:
+        o->samples = (int)option_number(state, argument, "--spp", 1, 1e9);
+        return 0;
+    case 's':
+        o->seconds = option_number(state, argument, "--seconds", 0.01, 1e8);
+        return 0;
     case KEY_SIZE:
-        if (sscanf(argument, "%dx%d%c", &o->width, &o->height, &rest) != 2 || o->width < 1 || o->height < 1 || o->width > 65536 || o->height > 65536)
+        if (sscanf(argument, "%dx%d%c", &o->width, &o->height, &rest) != 2 || o->width < 1 || o->height < 1 ||
+            o->width > 65536 || o->height > 65536)
             argp_error(state, "--size takes WIDTHxHEIGHT such as 640x480, not '%s'", argument);
         return 0;
-    case KEY_MAX_DEPTH: o->max_depth = (int)option_number(state, argument, "--max-depth", -1, 1e6); return 0;
-    case KEY_EXPOSURE: o->exposure = (float)option_number(state, argument, "--exposure", 1e-20, 1e20); return 0;
-    case KEY_MASK: o->mask = argument; return 0;
-    case KEY_PNG: o->png = argument; return 0;
-    case ARGP_KEY_ARG: o->scene = option_last_positional(state, argument, (char *)(uintptr_t)o->scene, "scene"); return 0;
-    case ARGP_KEY_NO_ARGS: argp_error(state, "which scene? Give a Mitsuba XML file"); return 0;
+    case KEY_MAX_DEPTH:
+        o->max_depth = (int)option_number(state, argument, "--max-depth", -1, 1e6);
+        return 0;
+    case KEY_EXPOSURE:
+        o->exposure = (float)option_number(state, argument, "--exposure", 1e-20, 1e20);
+        return 0;
+    case KEY_MASK:
+        o->mask = argument;
+        return 0;
+    case KEY_PNG:
+        o->png = argument;
+        return 0;
+    case ARGP_KEY_ARG:
+        o->scene = option_last_positional(state, argument, (char *)(uintptr_t)o->scene, "scene");
+        return 0;
+    case ARGP_KEY_NO_ARGS:
+        argp_error(state, "which scene? Give a Mitsuba XML file");
+        return 0;
     case ARGP_KEY_END:
         if (o->samples && o->seconds > 0) argp_error(state, "--spp and --seconds exclude each other");
         return 0;
-    default: return ARGP_ERR_UNKNOWN;
+    default:
+        return ARGP_ERR_UNKNOWN;
     }
 }
 
@@ -64,7 +86,8 @@ static int run(int argc, char **argv) {
     if (argp_parse(&argp, argc, argv, 0, 0, &input)) return EXIT_USAGE;
     if (!input.options.output) {
         const char *dot = strrchr(input.options.scene, '.');
-        snprintf(output, sizeof output, "%.*s.exr", (int)(dot ? dot - input.options.scene : (long)strlen(input.options.scene)), input.options.scene);
+        snprintf(output, sizeof output, "%.*s.exr",
+                 (int)(dot ? dot - input.options.scene : (long)strlen(input.options.scene)), input.options.scene);
         input.options.output = output;
     }
     input.options.definitions = input.common.definitions;
@@ -76,13 +99,14 @@ static int run(int argc, char **argv) {
     bool json = input.common.json;
     common_fini(&input.common);
     if (json)
-        json_print(json_pack("{s:s, s:i, s:i, s:s, s:i, s:f, s:f, s:f, s:f, s:[fff]}", "output", input.options.output, "width", r.width,
-                             "height", r.height, "integrator", r.integrator, "samples", r.samples, "wall_s", r.wall_s, "cpu_s", r.cpu_s,
-                             "load_s", r.load_s, "mpaths_per_cpu_s", r.width * 1e-6 * r.height * r.samples / r.cpu_s, "mean",
-                             (double)r.mean[0], (double)r.mean[1], (double)r.mean[2]));
+        json_print(json_pack("{s:s, s:i, s:i, s:s, s:i, s:f, s:f, s:f, s:f, s:[fff]}", "output", input.options.output,
+                             "width", r.width, "height", r.height, "integrator", r.integrator, "samples", r.samples,
+                             "wall_s", r.wall_s, "cpu_s", r.cpu_s, "load_s", r.load_s, "mpaths_per_cpu_s",
+                             r.width * 1e-6 * r.height * r.samples / r.cpu_s, "mean", (double)r.mean[0],
+                             (double)r.mean[1], (double)r.mean[2]));
     else
-        printf("%s: %dx%d, %s, %d spp, %.1f s (%.1f CPU s)\n", input.options.output, r.width, r.height, r.integrator, r.samples,
-               r.wall_s, r.cpu_s);
+        printf("%s: %dx%d, %s, %d spp, %.1f s (%.1f CPU s)\n", input.options.output, r.width, r.height, r.integrator,
+               r.samples, r.wall_s, r.cpu_s);
     return EXIT_FINE;
 }
 

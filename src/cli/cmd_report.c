@@ -33,26 +33,41 @@ static error_t parse(int key, char *argument, struct argp_state *state) {
     struct report_input *input = state->input;
     struct sconce_report_options *o = &input->options;
     switch (key) {
-    case ARGP_KEY_INIT: state->child_inputs[0] = &input->common; return 0;
-    case 'o': o->output = argument; return 0;
-    case 'r': o->reference = entry_parse(state, argument); return 0;
-    case 'm': o->mask = argument; return 0;
-    case KEY_BAKE: o->bake_json = argument; return 0;
-    case KEY_TITLE: o->title = argument; return 0;
+    case ARGP_KEY_INIT:
+        state->child_inputs[0] = &input->common;
+        return 0;
+    case 'o':
+        o->output = argument;
+        return 0;
+    case 'r':
+        o->reference = entry_parse(state, argument);
+        return 0;
+    case 'm':
+        o->mask = argument;
+        return 0;
+    case KEY_BAKE:
+        o->bake_json = argument;
+        return 0;
+    case KEY_TITLE:
+        o->title = argument;
+        return 0;
     case ARGP_KEY_ARG:
         if (o->entry_count == MAX_ENTRIES) argp_error(state, "at most %d pictures", MAX_ENTRIES);
         input->entries[o->entry_count++] = entry_parse(state, argument);
         return 0;
     case ARGP_KEY_END:
-        if (!o->reference.image || !o->entry_count) argp_error(state, "a --reference and at least one NAME=IMAGE are needed");
+        if (!o->reference.image || !o->entry_count)
+            argp_error(state, "a --reference and at least one NAME=IMAGE are needed");
         return 0;
-    default: return ARGP_ERR_UNKNOWN;
+    default:
+        return ARGP_ERR_UNKNOWN;
     }
 }
 
 static int run(int argc, char **argv) {
     static const struct argp_child children[] = {{&common_argp, 0, "Common options:", 8}, {0}};
-    static const struct argp argp = {OPTIONS, parse, "NAME=IMAGE[,JSON]...", "Puts pictures and their figures on one HTML page.", children, 0, 0};
+    static const struct argp argp = {
+        OPTIONS, parse, "NAME=IMAGE[,JSON]...", "Puts pictures and their figures on one HTML page.", children, 0, 0};
     struct report_input input = {.options = {.output = "report.html", .title = "sconce"}};
     input.options.entries = input.entries;
     common_init(&input.common);
@@ -64,4 +79,5 @@ static int run(int argc, char **argv) {
     return EXIT_FINE;
 }
 
-const struct command command_report = {"report", "-r REF=IMG NAME=IMG ... -o R.html", "puts pictures and figures on one page", run};
+const struct command command_report = {"report", "-r REF=IMG NAME=IMG ... -o R.html",
+                                       "puts pictures and figures on one page", run};

@@ -32,8 +32,12 @@ static bool cancelled(void *user) {
     return interrupted;
 }
 
-static void message(void *user, bool warning, const char *text) { terminal_message(((struct common *)user)->terminal, warning, text); }
-static void progress(void *user, const struct sconce_progress *p) { terminal_progress(((struct common *)user)->terminal, p); }
+static void message(void *user, bool warning, const char *text) {
+    terminal_message(((struct common *)user)->terminal, warning, text);
+}
+static void progress(void *user, const struct sconce_progress *p) {
+    terminal_progress(((struct common *)user)->terminal, p);
+}
 
 void common_init(struct common *common) {
     *common = (struct common){0};
@@ -81,14 +85,29 @@ static void define(struct common *common, struct argp_state *state, char *text) 
 static error_t parse(int key, char *argument, struct argp_state *state) {
     struct common *common = state->input;
     switch (key) {
-    case 'D': define(common, state, argument); return 0;
-    case 't': common->run.threads = (int)option_number(state, argument, "--threads", 1, 1024); return 0;
-    case KEY_SEED: common->run.seed = (uint64_t)option_number(state, argument, "--seed", 0, 9007199254740992.0); return 0;
-    case KEY_SKIP_MISSING: common->skip_missing = true; return 0;
-    case 'j': common->json = true; return 0;
-    case 'q': common->quiet = true; return 0;
-    case ARGP_KEY_SUCCESS: common->terminal = terminal_create(common->quiet); return 0;
-    default: return ARGP_ERR_UNKNOWN;
+    case 'D':
+        define(common, state, argument);
+        return 0;
+    case 't':
+        common->run.threads = (int)option_number(state, argument, "--threads", 1, 1024);
+        return 0;
+    case KEY_SEED:
+        common->run.seed = (uint64_t)option_number(state, argument, "--seed", 0, 9007199254740992.0);
+        return 0;
+    case KEY_SKIP_MISSING:
+        common->skip_missing = true;
+        return 0;
+    case 'j':
+        common->json = true;
+        return 0;
+    case 'q':
+        common->quiet = true;
+        return 0;
+    case ARGP_KEY_SUCCESS:
+        common->terminal = terminal_create(common->quiet);
+        return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
     }
 }
 

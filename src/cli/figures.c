@@ -14,15 +14,16 @@ static json_t *json_triple(const float v[3]) { return json_pack("[fff]", (double
 static void print_json(const struct sconce_figures *f) {
     json_t *irradiance = json_array();
     for (int i = 0; i < f->distance_count; i++)
-        json_array_append_new(irradiance, json_pack("{s:f, s:f, s:f, s:f}", "radii", (double)f->distance_radii[i], "error",
-                                                    (double)f->irradiance_error[i], "reference_noise", (double)f->irradiance_noise[i],
-                                                    "black", 1.0));
-    json_print(json_pack("{s:o, s:o, s:o, s:f, s:f, s:f, s:f, s:f, s:f, s:I, s:f}", "flux", json_triple(f->flux), "flux_error",
-                         json_triple(f->flux_error), "irradiance", irradiance, "light_field_error", (double)f->light_field_error,
-                         "light_field_error_black", (double)f->light_field_error_black, "transparency_error",
-                         (double)f->transparency_error, "transparency_error_black", (double)f->transparency_error_black,
-                         "sample_variance", (double)f->sample_variance, "sample_variance_uniform",
-                         (double)f->sample_variance_uniform, "bytes", (json_int_t)f->bytes, "seconds", f->seconds));
+        json_array_append_new(irradiance, json_pack("{s:f, s:f, s:f, s:f}", "radii", (double)f->distance_radii[i],
+                                                    "error", (double)f->irradiance_error[i], "reference_noise",
+                                                    (double)f->irradiance_noise[i], "black", 1.0));
+    json_print(json_pack("{s:o, s:o, s:o, s:f, s:f, s:f, s:f, s:f, s:f, s:I, s:f}", "flux", json_triple(f->flux),
+                         "flux_error", json_triple(f->flux_error), "irradiance", irradiance, "light_field_error",
+                         (double)f->light_field_error, "light_field_error_black", (double)f->light_field_error_black,
+                         "transparency_error", (double)f->transparency_error, "transparency_error_black",
+                         (double)f->transparency_error_black, "sample_variance", (double)f->sample_variance,
+                         "sample_variance_uniform", (double)f->sample_variance_uniform, "bytes", (json_int_t)f->bytes,
+                         "seconds", f->seconds));
 }
 
 void figures_print(const struct sconce_figures *f, bool json) {
@@ -30,14 +31,18 @@ void figures_print(const struct sconce_figures *f, bool json) {
         print_json(f);
         return;
     }
-    printf("  flux                %-10.4g %-10.4g %-10.4g\n", (double)f->flux[0], (double)f->flux[1], (double)f->flux[2]);
-    printf("  flux error          %+-10.2f %+-10.2f %+-10.2f %%   (a black lamp: -100 %%)\n", 100 * (double)f->flux_error[0],
-           100 * (double)f->flux_error[1], 100 * (double)f->flux_error[2]);
+    printf("  flux                %-10.4g %-10.4g %-10.4g\n", (double)f->flux[0], (double)f->flux[1],
+           (double)f->flux[2]);
+    printf("  flux error          %+-10.2f %+-10.2f %+-10.2f %%   (a black lamp: -100 %%)\n",
+           100 * (double)f->flux_error[0], 100 * (double)f->flux_error[1], 100 * (double)f->flux_error[2]);
     for (int i = 0; i < f->distance_count; i++)
-        printf("  irradiance error    %.2f %% at %g radii (reference noise %.2f %%; black 100 %%)\n", 100 * (double)f->irradiance_error[i],
-               (double)f->distance_radii[i], 100 * (double)f->irradiance_noise[i]);
-    printf("  light field error   %.4f (black %.4f)\n", (double)f->light_field_error, (double)f->light_field_error_black);
-    printf("  transparency error  %.4f (black %.4f)\n", (double)f->transparency_error, (double)f->transparency_error_black);
+        printf("  irradiance error    %.2f %% at %g radii (reference noise %.2f %%; black 100 %%)\n",
+               100 * (double)f->irradiance_error[i], (double)f->distance_radii[i],
+               100 * (double)f->irradiance_noise[i]);
+    printf("  light field error   %.4f (black %.4f)\n", (double)f->light_field_error,
+           (double)f->light_field_error_black);
+    printf("  transparency error  %.4f (black %.4f)\n", (double)f->transparency_error,
+           (double)f->transparency_error_black);
     printf("  one light sample    relative variance %.2f (a uniform one: %.2f)\n", (double)f->sample_variance,
            (double)f->sample_variance_uniform);
     printf("  %.2f MB, %.1f s\n", 1e-6 * (double)f->bytes, f->seconds);

@@ -9,15 +9,18 @@ static const struct command *const COMMANDS[] = {&command_bake, &command_render,
 enum { COMMAND_COUNT = sizeof COMMANDS / sizeof COMMANDS[0] };
 
 static void usage(FILE *out) {
-    fprintf(out, "sconce %s: bakes lamps into compact neural light fields and renders rooms with them\n\n", sconce_version());
+    fprintf(out, "sconce %s: bakes lamps into compact neural light fields and renders rooms with them\n\n",
+            sconce_version());
     for (int i = 0; i < COMMAND_COUNT; i++)
         fprintf(out, "  sconce %-8s %-32s %s\n", COMMANDS[i]->name, COMMANDS[i]->arguments, COMMANDS[i]->summary);
-    fprintf(out, "\nsconce COMMAND --help lists a command's options; sconce help shape sphere explains a scene's parts.\n");
+    fprintf(out,
+            "\nsconce COMMAND --help lists a command's options; sconce help shape sphere explains a scene's parts.\n");
 }
 
 int main(int argc, char **argv) {
     argp_err_exit_status = EXIT_USAGE;
-    if (argc < 2 || !strcmp(argv[1], "--help") || !strcmp(argv[1], "-h")) return usage(argc < 2 ? stderr : stdout), argc < 2 ? EXIT_USAGE : EXIT_FINE;
+    if (argc < 2 || !strcmp(argv[1], "--help") || !strcmp(argv[1], "-h"))
+        return usage(argc < 2 ? stderr : stdout), argc < 2 ? EXIT_USAGE : EXIT_FINE;
     if (!strcmp(argv[1], "--version")) return printf("sconce %s\n", sconce_version()), EXIT_FINE;
     for (int i = 0; i < COMMAND_COUNT; i++) {
         if (strcmp(argv[1], COMMANDS[i]->name)) continue;

@@ -31,9 +31,12 @@ struct terminal *terminal_create(bool quiet) {
 }
 
 static void clock_text(char text[16], double seconds) {
-    if (seconds < 0) strcpy(text, "--:--");
-    else if (seconds < 36000) snprintf(text, 16, "%d:%02d", (int)seconds / 60, (int)seconds % 60);
-    else snprintf(text, 16, "%dh", (int)(seconds / 3600));
+    if (seconds < 0)
+        strcpy(text, "--:--");
+    else if (seconds < 36000)
+        snprintf(text, 16, "%d:%02d", (int)seconds / 60, (int)seconds % 60);
+    else
+        snprintf(text, 16, "%dh", (int)(seconds / 3600));
 }
 
 static int columns(void) {
@@ -48,8 +51,8 @@ static void bar_draw(const struct sconce_progress *progress) {
     int filled = (int)(progress->fraction * BAR_WIDTH + 0.5);
     for (int i = 0; i < BAR_WIDTH; i++) bar[i] = i < filled ? '#' : '.';
     bar[BAR_WIDTH] = 0;
-    snprintf(line, sizeof line, "%-10.20s [%s] %3.0f %%  %s, %s left  %s", progress->stage, bar, 100 * progress->fraction,
-             elapsed, eta, progress->detail ? progress->detail : "");
+    snprintf(line, sizeof line, "%-10.20s [%s] %3.0f %%  %s, %s left  %s", progress->stage, bar,
+             100 * progress->fraction, elapsed, eta, progress->detail ? progress->detail : "");
     fprintf(stderr, "\r\033[K%.*s", columns() - 1, line);
     fflush(stderr);
 }
@@ -79,9 +82,10 @@ void terminal_progress(void *user, const struct sconce_progress *progress) {
     } else if (!finished && now - terminal->last_s >= LOG_INTERVAL_S) {
         char eta[16];
         clock_text(eta, progress->eta_s);
-        fprintf(stderr, "%s %.0f %%, %.0f s, %s left%s%s\n", progress->stage, 100 * progress->fraction, progress->elapsed_s, eta,
-                progress->detail ? ", " : "", progress->detail ? progress->detail : "");
-    } else return;
+        fprintf(stderr, "%s %.0f %%, %.0f s, %s left%s%s\n", progress->stage, 100 * progress->fraction,
+                progress->elapsed_s, eta, progress->detail ? ", " : "", progress->detail ? progress->detail : "");
+    } else
+        return;
     terminal->last_s = now;
 }
 

@@ -18,9 +18,9 @@ enum property_type {
     PROPERTY_INT,
     PROPERTY_FLOAT,
     PROPERTY_STRING,
-    PROPERTY_VEC3,      // <point>, <vector>
-    PROPERTY_RGB,       // <rgb>, <srgb> (hex accepted, converted to linear)
-    PROPERTY_SPECTRUM,  // <spectrum>: one value, or wavelength:value pairs; three values are an RGB
+    PROPERTY_VEC3, // <point>, <vector>
+    PROPERTY_RGB, // <rgb>, <srgb> (hex accepted, converted to linear)
+    PROPERTY_SPECTRUM, // <spectrum>: one value, or wavelength:value pairs; three values are an RGB
     PROPERTY_BLACKBODY, // <blackbody temperature scale>
     PROPERTY_TRANSFORM,
 };
@@ -31,10 +31,10 @@ struct property {
     struct place place;
     bool used; // set by whoever reads it; what is still false afterwards was misspelt
     bool boolean;
-    double number;           // INT, FLOAT, one-value SPECTRUM, BLACKBODY temperature [K]
-    const char *string;      // also the raw text of every other type
-    vec3 vector;             // VEC3
-    rgb color;               // RGB; SPECTRUM converted for a reflectance (see spectrum.h); BLACKBODY as an emission, times its scale
+    double number; // INT, FLOAT, one-value SPECTRUM, BLACKBODY temperature [K]
+    const char *string; // also the raw text of every other type
+    vec3 vector; // VEC3
+    rgb color; // RGB; SPECTRUM converted for a reflectance (see spectrum.h); BLACKBODY as an emission, times its scale
     struct transform transform;
     const float *wavelengths_nm, *values; // SPECTRUM with pairs
     size_t pair_count;
@@ -47,9 +47,10 @@ struct object_child {
 };
 
 struct object {
-    const char *tag;  // "scene", "shape", "bsdf", "texture", "emitter", "sensor", "film", "sampler", "rfilter", "medium", "integrator"
+    const char *tag; // "scene", "shape", "bsdf", "texture", "emitter", "sensor", "film", "sampler", "rfilter",
+                     // "medium", "integrator"
     const char *type; // the type attribute, "" where there is none
-    const char *id;   // or ""
+    const char *id; // or ""
     struct place place;
     struct property *properties;
     size_t property_count;
@@ -59,7 +60,9 @@ struct object {
     void *instance; // what the scene made of it: a shared <ref> becomes one instance
 };
 
-struct definition { const char *name, *value; }; // -D name=value
+struct definition {
+    const char *name, *value;
+}; // -D name=value
 
 struct description {
     struct object *root;
@@ -81,6 +84,7 @@ void description_fini(struct description *description);
 struct property *object_property(const struct object *object, const char *name); // either spelling; NULL where absent
 
 // error_set with "file:line:column: " before the text.
-enum status error_at(struct error *error, struct place place, const char *format, ...) __attribute__((format(printf, 3, 4)));
+enum status error_at(struct error *error, struct place place, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
 // The nearest of n names by edit distance (either spelling), or NULL where none is near.
 const char *nearest_name(const char *name, const char *const *names, size_t n);

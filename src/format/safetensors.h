@@ -24,9 +24,10 @@ struct safetensors {
 };
 
 enum status safetensors_load(struct safetensors *file, const char *path, struct error *error);
-enum status safetensors_parse(struct safetensors *file, const char *name, const uint8_t *bytes, size_t length, struct error *error);
+enum status safetensors_parse(struct safetensors *file, const char *name, const uint8_t *bytes, size_t length,
+                              struct error *error);
 enum status safetensors_save(const struct safetensors *file, const char *path, struct error *error);
 void safetensors_fini(struct safetensors *file);
 const struct tensor *safetensors_find(const struct safetensors *file, const char *name); // or NULL
-const char *safetensors_metadata(const struct safetensors *file, const char *key);       // or NULL
+const char *safetensors_metadata(const struct safetensors *file, const char *key); // or NULL
 size_t tensor_element_size(enum tensor_type type);

@@ -14,11 +14,14 @@ struct image {
 
 enum status image_init(struct image *image, int width, int height, int channels, struct error *error); // zeroed pixels
 void image_fini(struct image *image);
-// EXR (half and float, any channels; R G B A come first), PNG and JPEG (converted from sRGB to linear unless `raw`), Radiance HDR.
+// EXR (half and float, any channels; R G B A come first), PNG and JPEG (converted from sRGB to linear unless `raw`),
+// Radiance HDR.
 enum status image_load(struct image *image, const char *path, bool raw, struct error *error);
-// By extension: .exr (float, uncompressed, with channel_names), .png (8-bit sRGB after `exposure` scaling). Written then renamed.
+// By extension: .exr (float, uncompressed, with channel_names), .png (8-bit sRGB after `exposure` scaling). Written
+// then renamed.
 enum status image_save(const struct image *image, const char *path, float exposure, struct error *error);
 // PNG bytes in memory, malloc'ed, for the report.
-enum status image_encode_png(const struct image *image, float exposure, unsigned char **bytes, size_t *length, struct error *error);
+enum status image_encode_png(const struct image *image, float exposure, unsigned char **bytes, size_t *length,
+                             struct error *error);
 float srgb_from_linear(float v);
 float linear_from_srgb(float v);

@@ -7,7 +7,7 @@
 #include "math/vec.h"
 
 struct distribution { // zeroed: empty
-    float *cdf;       // n + 1 values, cdf[0] = 0, cdf[n] = 1
+    float *cdf; // n + 1 values, cdf[0] = 0, cdf[n] = 1
     size_t n;
     double total; // sum of the weights
 };
@@ -23,7 +23,8 @@ struct distribution2d {
     size_t width, height;
 };
 
-enum status distribution2d_init(struct distribution2d *d, const float *weights, size_t width, size_t height, struct error *error);
+enum status distribution2d_init(struct distribution2d *d, const float *weights, size_t width, size_t height,
+                                struct error *error);
 void distribution2d_fini(struct distribution2d *d);
 vec2 distribution2d_sample(const struct distribution2d *d, vec2 u, float *pdf); // pdf over [0,1]^2
 float distribution2d_pdf(const struct distribution2d *d, vec2 p);

@@ -7,9 +7,15 @@
 #define PI_F 3.14159265358979323846f
 #define INV_PI_F 0.31830988618379067154f
 
-typedef struct { float x, y; } vec2;
-typedef struct { float x, y, z; } vec3;
-typedef struct { float r, g, b; } rgb; // linear Rec. 709
+typedef struct {
+    float x, y;
+} vec2;
+typedef struct {
+    float x, y, z;
+} vec3;
+typedef struct {
+    float r, g, b;
+} rgb; // linear Rec. 709
 
 static inline vec3 vec3_make(float x, float y, float z) { return (vec3){x, y, z}; }
 static inline vec3 vec3_add(vec3 a, vec3 b) { return (vec3){a.x + b.x, a.y + b.y, a.z + b.z}; }
@@ -43,7 +49,9 @@ static inline float lerpf(float a, float b, float t) { return a + (b - a) * t; }
 static inline float sqrf(float v) { return v * v; }
 
 // Orthonormal, right-handed; local z is n.
-struct frame { vec3 s, t, n; };
+struct frame {
+    vec3 s, t, n;
+};
 
 // Duff et al. 2017, "Building an Orthonormal Basis, Revisited", JCGT 6(1).
 static inline struct frame frame_from_normal(vec3 n) {

@@ -11,8 +11,8 @@ float warp_cosine_hemisphere_pdf(vec3 w);
 vec3 warp_uniform_cone(vec2 u, float cos_max); // about +z
 float warp_uniform_cone_pdf(float cos_max);
 vec2 warp_concentric_disk(vec2 u); // Shirley and Chiu 1997
-vec2 warp_triangle(vec2 u);        // barycentrics (b1, b2)
-float warp_tent(float u);          // on [-1, 1]
+vec2 warp_triangle(vec2 u); // barycentrics (b1, b2)
+float warp_tent(float u); // on [-1, 1]
 float warp_gaussian(float u, float stddev, float radius); // truncated at +-radius
 // The octahedral map, unit sphere <-> [0,1]^2 (Engelhardt and Dachsbacher 2008).
 vec2 octahedral_from_direction(vec3 w);

@@ -34,7 +34,9 @@ static bool film_point_sees_lamp(const struct scene *scene, vec2 film) {
         if (!hit) return false;
         if (surface.shape->luminaire >= 0) return true;
         if (surface_bsdf_flags(&surface) & BSDF_SMOOTH) return false;
-        if (!surface_sample_bsdf(&surface, wi, (vec3){0.999f, 0.5f, 0.5f}, TRANSPORT_RADIANCE, &sample) || !sample.delta) return false;
+        if (!surface_sample_bsdf(&surface, wi, (vec3){0.999f, 0.5f, 0.5f}, TRANSPORT_RADIANCE, &sample) ||
+            !sample.delta)
+            return false;
         ray = surface_spawn_ray(&surface, sample.wo);
     }
     return false;
@@ -52,9 +54,10 @@ static void mask_row(void *user, size_t row, int worker) {
     for (int x = 0; x < job->image.width; x++) {
         float *pixel = &job->image.pixels[row * (size_t)job->image.width + (size_t)x];
         *pixel = 1;
-        for (int i = 0; i < GRID * GRID && *pixel > 0; i++) {
+        for (int i = 0; i<GRID * GRID && * pixel> 0; i++) {
             vec2 film = {((float)(sensor->crop_x + x) + ((float)(i % GRID) + 0.5f) / GRID) / (float)sensor->width,
-                         ((float)sensor->crop_y + (float)row + ((float)(i / GRID) + 0.5f) / GRID) / (float)sensor->height};
+                         ((float)sensor->crop_y + (float)row + ((float)(i / GRID) + 0.5f) / GRID) /
+                             (float)sensor->height};
             if (film_point_sees_lamp(job->scene, film)) *pixel = 0;
         }
     }
@@ -62,7 +65,8 @@ static void mask_row(void *user, size_t row, int worker) {
 
 enum status render_mask(const struct scene *scene, const char *path, const struct run *run, struct error *error) {
     if (!scene->luminaire_count)
-        return error_set(error, STATUS_INVALID, "%s: a mask needs a baked lamp in the scene; give its .safetensors file with -D", scene->path);
+        return error_set(error, STATUS_INVALID,
+                         "%s: a mask needs a baked lamp in the scene; give its .safetensors file with -D", scene->path);
     struct mask_job job = {.scene = scene};
     enum status status = image_init(&job.image, scene->sensor->crop_width, scene->sensor->crop_height, 1, error);
     if (status) return status;

@@ -8,8 +8,8 @@
 #include "trace/film.h"
 #include "trace/integrator.h"
 
-static enum status render_save(const struct film *film, const struct render_options *options, struct render_result *result,
-                               struct error *error) {
+static enum status render_save(const struct film *film, const struct render_options *options,
+                               struct render_result *result, struct error *error) {
     struct image image;
     enum status status = film_image(film, &image, error);
     if (status) return status;
@@ -28,8 +28,8 @@ static enum status render_save(const struct film *film, const struct render_opti
 enum status render_scene(const struct scene *scene, const struct render_options *options, const struct run *run,
                          struct render_result *result, struct error *error) {
     if (!scene->sensor)
-        return error_set(error, STATUS_INVALID, "%s: the scene has no sensor; add <sensor type=\"perspective\"> to render it",
-                         scene->path);
+        return error_set(error, STATUS_INVALID,
+                         "%s: the scene has no sensor; add <sensor type=\"perspective\"> to render it", scene->path);
     const struct integrator_type *type = integrator_table[scene->integrator];
     struct film film = {0};
     void *state = NULL;
@@ -56,8 +56,11 @@ enum status render_scene(const struct scene *scene, const struct render_options 
             done++;
         }
     }
-    *result = (struct render_result){.width = film.width, .height = film.height, .samples = done,
-                                     .wall_s = clock_wall_s() - wall, .cpu_s = clock_cpu_s() - cpu};
+    *result = (struct render_result){.width = film.width,
+                                     .height = film.height,
+                                     .samples = done,
+                                     .wall_s = clock_wall_s() - wall,
+                                     .cpu_s = clock_cpu_s() - cpu};
     if (!status) run_progress(run, type->name, 1, result->wall_s, NULL);
     if (status == STATUS_CANCELLED)
         error_set(error, STATUS_CANCELLED, "stopped after %d samples per pixel%s%s", done,

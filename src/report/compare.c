@@ -1,5 +1,5 @@
-// From image files to figures. A Monte Carlo reference has noise of its own: E|a - r|^2 = E|a - truth|^2 + var(r), so its
-// variance channels, where the file has them, are taken off for the corrected figure.
+// From image files to figures. A Monte Carlo reference has noise of its own: E|a - r|^2 = E|a - truth|^2 + var(r), so
+// its variance channels, where the file has them, are taken off for the corrected figure.
 #include "report/compare.h"
 
 #include <math.h>
@@ -28,7 +28,8 @@ static double reference_noise(const struct image *reference, const struct image 
 
 enum status compare_images(const struct image *image, const struct image *reference, const struct image *mask,
                            struct comparison *comparison, struct error *error) {
-    enum status status = metrics_compute(&comparison->metrics, image, reference, mask, image_auto_exposure(reference), error);
+    enum status status =
+        metrics_compute(&comparison->metrics, image, reference, mask, image_auto_exposure(reference), error);
     if (!status) comparison->rel_mse_corrected = comparison->metrics.rel_mse - reference_noise(reference, mask);
     return status;
 }

@@ -5,7 +5,8 @@
 
 struct comparison {
     struct metrics metrics;
-    double rel_mse_corrected; // metrics.rel_mse less the reference's own noise, or NAN where it has no variance channels
+    double
+        rel_mse_corrected; // metrics.rel_mse less the reference's own noise, or NAN where it has no variance channels
 };
 
 // mask_path may be NULL.

@@ -12,22 +12,29 @@
 static const char PAGE_HEAD[] =
     "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\">"
     "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>%s</title><style>"
-    "body{font:16px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:1500px;padding:0 1rem;color:#222;background:#fafafa}"
+    "body{font:16px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:1500px;padding:0 "
+    "1rem;color:#222;background:#fafafa}"
     "h1{font-size:1.6rem}h2{font-size:1.2rem;margin-top:2rem}"
     ".row{display:grid;grid-template-columns:repeat(auto-fit,minmax(280px,1fr));gap:1rem}"
     "figure{margin:0}img{width:100%%;display:block;border-radius:4px;background:#000}"
     "figcaption{font-size:.9rem;margin-top:.3rem}"
     "table{border-collapse:collapse;font-variant-numeric:tabular-nums}"
-    "td,th{padding:.3rem .9rem;border-bottom:1px solid #ddd;text-align:right}td:first-child,th:first-child{text-align:left}"
+    "td,th{padding:.3rem .9rem;border-bottom:1px solid "
+    "#ddd;text-align:right}td:first-child,th:first-child{text-align:left}"
     "small{color:#666}</style></head><body><h1>%s</h1>\n";
 
 static void html_text(FILE *page, const char *text) {
     for (; *text; text++) {
-        if (*text == '<') fputs("&lt;", page);
-        else if (*text == '>') fputs("&gt;", page);
-        else if (*text == '&') fputs("&amp;", page);
-        else if (*text == '"') fputs("&quot;", page);
-        else fputc(*text, page);
+        if (*text == '<')
+            fputs("&lt;", page);
+        else if (*text == '>')
+            fputs("&gt;", page);
+        else if (*text == '&')
+            fputs("&amp;", page);
+        else if (*text == '"')
+            fputs("&quot;", page);
+        else
+            fputc(*text, page);
     }
 }
 
@@ -63,12 +70,14 @@ static enum status html_picture(FILE *page, const struct image *image, float exp
 }
 
 // |a - r| in RGB, for a picture.
-static enum status difference_image(struct image *difference, const struct image *a, const struct image *r, struct error *error) {
+static enum status difference_image(struct image *difference, const struct image *a, const struct image *r,
+                                    struct error *error) {
     enum status status = image_init(difference, r->width, r->height, 3, error);
     size_t pixels = (size_t)r->width * (size_t)r->height;
     for (size_t i = 0; !status && i < pixels; i++)
         for (size_t c = 0; c < 3; c++)
-            difference->pixels[3 * i + c] = fabsf(a->pixels[i * (size_t)a->channels + c] - r->pixels[i * (size_t)r->channels + c]);
+            difference->pixels[3 * i + c] =
+                fabsf(a->pixels[i * (size_t)a->channels + c] - r->pixels[i * (size_t)r->channels + c]);
     return status;
 }
 
@@ -82,7 +91,8 @@ static double json_figure(const json_t *json, const char *key) {
 }
 
 static void html_cell(FILE *page, const char *format, double value) {
-    if (isnan(value)) fputs("<td>-</td>", page);
+    if (isnan(value))
+        fputs("<td>-</td>", page);
     else {
         fputs("<td>", page);
         fprintf(page, format, value);
@@ -133,7 +143,8 @@ struct report_page {
 };
 
 static enum status report_entries(struct report_page *page, const struct report_options *options, struct error *error) {
-    enum status status = html_picture(page->file, &page->reference, page->exposure, options->reference.name, "reference", error);
+    enum status status =
+        html_picture(page->file, &page->reference, page->exposure, options->reference.name, "reference", error);
     struct comparison *comparisons = calloc(options->entry_count + 1, sizeof *comparisons);
     if (!comparisons) return error_set(error, STATUS_MEMORY, "out of memory for the report");
     char *differences = NULL;
@@ -144,14 +155,18 @@ static enum status report_entries(struct report_page *page, const struct report_
         struct image image = {0}, difference = {0};
         char note[80];
         status = image_load(&image, options->entries[i].image_path, false, error);
-        if (!status) status = compare_images(&image, &page->reference, page->has_mask ? &page->mask : NULL, &comparisons[i], error);
+        if (!status)
+            status =
+                compare_images(&image, &page->reference, page->has_mask ? &page->mask : NULL, &comparisons[i], error);
         if (!status) status = difference_image(&difference, &image, &page->reference, error);
         if (!status) {
-            snprintf(note, sizeof note, "relMSE %.5f, FLIP %.3f", comparisons[i].metrics.rel_mse, comparisons[i].metrics.flip);
+            snprintf(note, sizeof note, "relMSE %.5f, FLIP %.3f", comparisons[i].metrics.rel_mse,
+                     comparisons[i].metrics.flip);
             status = html_picture(page->file, &image, page->exposure, options->entries[i].name, note, error);
         }
         if (!status)
-            status = html_picture(second, &difference, 4 * page->exposure, options->entries[i].name, "difference, 4 times", error);
+            status = html_picture(second, &difference, 4 * page->exposure, options->entries[i].name,
+                                  "difference, 4 times", error);
         image_fini(&image);
         image_fini(&difference);
     }
@@ -160,10 +175,14 @@ static enum status report_entries(struct report_page *page, const struct report_
         fputs("</div><h2>Differences from the reference</h2><div class=\"row\">\n", page->file);
         fwrite(differences, 1, differences_length, page->file);
         fputs("</div><h2>Figures</h2><table><tr><th></th><th>CPU seconds</th><th>samples per pixel</th><th>relMSE</th>"
-              "<th>relMSE less the reference's noise</th><th>FLIP</th><th>worst of 16 blocks</th></tr>\n", page->file);
-        for (size_t i = 0; i < options->entry_count; i++) html_entry_row(page->file, &options->entries[i], &comparisons[i]);
+              "<th>relMSE less the reference's noise</th><th>FLIP</th><th>worst of 16 blocks</th></tr>\n",
+              page->file);
+        for (size_t i = 0; i < options->entry_count; i++)
+            html_entry_row(page->file, &options->entries[i], &comparisons[i]);
         html_entry_row(page->file, &options->reference, NULL);
-        fprintf(page->file, "</table><p><small>relMSE: mean of (a - r)&sup2; / (r&sup2; + 0.001)%s. FLIP: Andersson et al. 2020.</small></p>\n",
+        fprintf(page->file,
+                "</table><p><small>relMSE: mean of (a - r)&sup2; / (r&sup2; + 0.001)%s. FLIP: Andersson et al. "
+                "2020.</small></p>\n",
                 page->has_mask ? ", over the pixels that do not look at the lamp" : "");
     }
     free(differences);
@@ -177,7 +196,8 @@ enum status report_write(const struct report_options *options, struct error *err
     size_t length = 0;
     enum status status = image_load(&page.reference, options->reference.image_path, false, error);
     if (!status && page.has_mask) status = image_load(&page.mask, options->mask_path, true, error);
-    if (!status && !(page.file = open_memstream(&bytes, &length))) status = error_set(error, STATUS_MEMORY, "out of memory for the report");
+    if (!status && !(page.file = open_memstream(&bytes, &length)))
+        status = error_set(error, STATUS_MEMORY, "out of memory for the report");
     if (!status) {
         page.exposure = image_auto_exposure(&page.reference);
         fprintf(page.file, PAGE_HEAD, options->title, options->title);

@@ -15,7 +15,7 @@ struct report_options {
     struct report_entry reference;
     const struct report_entry *entries;
     size_t entry_count;
-    const char *mask_path;      // or NULL
+    const char *mask_path; // or NULL
     const char *bake_json_path; // of `sconce bake --json`, or NULL
 };
 

@@ -7,8 +7,9 @@
 #include "format/description.h"
 
 struct commit_context {
-    struct arena *arena;        // everything the plugin allocates lives here, as long as the scene
-    const struct run *run;      // warnings
-    const struct object *object; // the description, for its place and the folder of relative file names (object->place.file)
-    bool skip_missing;          // a missing mesh is a warning, the shape is left out
+    struct arena *arena; // everything the plugin allocates lives here, as long as the scene
+    const struct run *run; // warnings
+    const struct object
+        *object; // the description, for its place and the folder of relative file names (object->place.file)
+    bool skip_missing; // a missing mesh is a warning, the shape is left out
 };

@@ -16,7 +16,7 @@ enum appearance { APPEARANCE_NEURAL, APPEARANCE_GEOMETRY };
 struct luminaire_instance { // a baked lamp placed in the scene
     const struct luminaire *luminaire;
     struct transform to_world; // rotation, uniform scale, translation
-    float scale;               // its uniform scale (radiance is unchanged by scaling)
+    float scale; // its uniform scale (radiance is unchanged by scaling)
     enum keep_geometry keep;
     enum appearance appearance;
     rgb dim; // multiplies L
@@ -39,7 +39,7 @@ struct scene {
     struct sensor *sensor; // NULL for a lamp without one
     enum integrator_kind integrator;
     int max_depth; // edges of a path, as in Mitsuba (1: emission only); -1: unlimited
-    int rr_depth;  // Russian roulette from this depth on
+    int rr_depth; // Russian roulette from this depth on
     bool hide_emitters;
     struct scene_bounds bounds; // of all shapes, proxies and the sensor; radius > 0
     const char *path;
@@ -53,13 +53,13 @@ struct scene_options {
     const struct definition *definitions;
     size_t definition_count;
     bool skip_missing;
-    bool lamp_only;      // load as a lamp: sensor, integrator and infinite emitters are left aside with a note
-    int width, height;   // > 0: the whole film in this size instead of the file's, its crop scaled along
+    bool lamp_only; // load as a lamp: sensor, integrator and infinite emitters are left aside with a note
+    int width, height; // > 0: the whole film in this size instead of the file's, its crop scaled along
     int threads;
 };
 
-enum status scene_load(struct scene *scene, const char *path, const struct scene_options *options, const struct run *run,
-                       struct error *error);
+enum status scene_load(struct scene *scene, const char *path, const struct scene_options *options,
+                       const struct run *run, struct error *error);
 void scene_fini(struct scene *scene);
 
 // --- Rays. All are thread-safe and do no checks. ---
@@ -76,10 +76,13 @@ struct ray surface_spawn_ray(const struct surface *surface, vec3 direction);
 struct ray surface_spawn_segment(const struct surface *surface, vec3 target, float *distance);
 
 // --- Scattering at a surface in world directions; applies bump and normal maps and twosided shells. ---
-rgb surface_eval_bsdf(const struct surface *surface, vec3 wi, vec3 wo, enum transport transport); // f |cos|, with the
-    // shading-normal correction of Veach 1997, 5.3 for IMPORTANCE, 0 where geometric and shading sides disagree
+rgb surface_eval_bsdf(const struct surface *surface, vec3 wi, vec3 wo,
+                      enum transport transport); // f |cos|, with the
+                                                 // shading-normal correction of Veach 1997, 5.3 for IMPORTANCE, 0 where
+                                                 // geometric and shading sides disagree
 float surface_pdf_bsdf(const struct surface *surface, vec3 wi, vec3 wo, enum transport transport);
-bool surface_sample_bsdf(const struct surface *surface, vec3 wi, vec3 u, enum transport transport, struct bsdf_sample *sample);
+bool surface_sample_bsdf(const struct surface *surface, vec3 wi, vec3 u, enum transport transport,
+                         struct bsdf_sample *sample);
 rgb surface_through(const struct surface *surface, vec3 wi);
 unsigned surface_bsdf_flags(const struct surface *surface);
 // Emission towards w: 0 where the shape has no emitter or w is on the dark side.

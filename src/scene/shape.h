@@ -14,12 +14,12 @@ struct ray {
 struct surface { // a point on a shape, complete for shading
     float t;
     vec3 p;
-    vec3 ng;              // unit geometric normal, on the same side as shading.n ("outside")
+    vec3 ng; // unit geometric normal, on the same side as shading.n ("outside")
     struct frame shading; // shading.s follows dp/du where there are uvs
     vec2 uv;
-    vec3 dp_du, dp_dv;    // zero where there are no uvs
+    vec3 dp_du, dp_dv; // zero where there are no uvs
     const struct shape *shape;
-    uint32_t primitive;   // triangle index in the mesh; 0 otherwise
+    uint32_t primitive; // triangle index in the mesh; 0 otherwise
 };
 
 struct shape {
@@ -29,13 +29,13 @@ struct shape {
     const struct bsdf *bsdf;
     const struct emitter *emitter; // area emitter or NULL
     bool has_interior;
-    rgb sigma_a;      // absorption inside [1/length], of a homogeneous interior medium
-    int luminaire;    // index of the baked luminaire instance whose kept geometry this is, or -1
-    uint32_t index;   // in scene->shapes
+    rgb sigma_a; // absorption inside [1/length], of a homogeneous interior medium
+    int luminaire; // index of the baked luminaire instance whose kept geometry this is, or -1
+    uint32_t index; // in scene->shapes
     struct transform to_world;
     bool flip_normals, face_normals;
     struct mesh mesh; // world space; triangle_count == 0: analytic
-    float area;       // [length^2]
+    float area; // [length^2]
     struct distribution *triangles; // by area; NULL until somebody samples it (scene_commit builds it for emitters)
 };
 
@@ -47,9 +47,10 @@ struct shape_type {
     enum status (*commit)(struct shape *shape, struct commit_context *context, struct error *error);
     // Analytic shapes only (NULL for meshes):
     void (*bounds)(const struct shape *shape, vec3 *lower, vec3 *upper);
-    bool (*intersect)(const struct shape *shape, const struct ray *ray, float *t, vec2 *uv); // nearest in [t_min, t_max]
-    void (*fill)(const struct shape *shape, vec2 uv, struct surface *surface);               // from p (refined on the surface) and uv
-    void (*sample)(const struct shape *shape, vec2 u, struct surface *surface);              // uniform by area
+    bool (*intersect)(const struct shape *shape, const struct ray *ray, float *t,
+                      vec2 *uv); // nearest in [t_min, t_max]
+    void (*fill)(const struct shape *shape, vec2 uv, struct surface *surface); // from p (refined on the surface) and uv
+    void (*sample)(const struct shape *shape, vec2 u, struct surface *surface); // uniform by area
 };
 extern const struct shape_type *const shape_table[]; // ends with NULL
 

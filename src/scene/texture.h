@@ -7,7 +7,7 @@
 
 struct texture {
     const struct texture_type *type; // NULL: constant
-    rgb value;                       // of a constant texture; of another, its mean
+    rgb value; // of a constant texture; of another, its mean
 };
 
 struct texture_type {

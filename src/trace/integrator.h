@@ -8,10 +8,13 @@
 
 struct integrator_type {
     const char *name, *help;
-    // One pass (index `pass`) into film->pass. The result is a pure function of (scene, run->seed, pass), for any number of
-    // threads: splats are gathered per block and added in block order. `state` is made by create, freed by destroy.
+    // One pass (index `pass`) into film->pass. The result is a pure function of (scene, run->seed, pass), for any
+    // number of threads: splats are gathered per block and added in block order. `state` is made by create, freed by
+    // destroy.
     enum status (*create)(const struct scene *scene, const struct run *run, void **state, struct error *error);
-    enum status (*render_pass)(void *state, struct film *film, uint64_t pass, const struct run *run, struct error *error);
+    enum status (*render_pass)(void *state, struct film *film, uint64_t pass, const struct run *run,
+                               struct error *error);
     void (*destroy)(void *state);
 };
-extern const struct integrator_type *const integrator_table[]; // path, bdpt, particle in the order of enum integrator_kind; ends with NULL
+extern const struct integrator_type
+    *const integrator_table[]; // path, bdpt, particle in the order of enum integrator_kind; ends with NULL

@@ -3,4 +3,5 @@
 
 extern const struct integrator_type path_integrator, bdpt_integrator, particle_integrator;
 
-const struct integrator_type *const integrator_table[] = {&path_integrator, &bdpt_integrator, &particle_integrator, NULL};
+const struct integrator_type *const integrator_table[] = {&path_integrator, &bdpt_integrator, &particle_integrator,
+                                                          NULL};

@@ -35,7 +35,8 @@ int main(int argc, char **argv) {
         for (int i = 0; i < BATCH; i++) {
             float cosine = direction[i][0] * normal[0] + direction[i][1] * normal[1] + direction[i][2] * normal[2];
             if (cosine > 0)
-                for (int c = 0; c < 3; c++) irradiance[c] += (double)(radiance[i][c] * cosine / pdf_sa[i]) / (BATCH * BATCHES);
+                for (int c = 0; c < 3; c++)
+                    irradiance[c] += (double)(radiance[i][c] * cosine / pdf_sa[i]) / (BATCH * BATCHES);
         }
     }
     printf("%g %g %g\n", irradiance[0], irradiance[1], irradiance[2]);

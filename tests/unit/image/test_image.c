@@ -267,8 +267,12 @@ static void test_exr_keeps_data_that_hardly_compress(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exr_keeps_data_that_hardly_compress),
-        cmocka_unit_test(test_named_channels), cmocka_unit_test(test_foreign_files), cmocka_unit_test(test_damaged_exr),
-        cmocka_unit_test(test_full_disk),      cmocka_unit_test(test_png),           cmocka_unit_test(test_sizes),
+        cmocka_unit_test(test_named_channels),
+        cmocka_unit_test(test_foreign_files),
+        cmocka_unit_test(test_damaged_exr),
+        cmocka_unit_test(test_full_disk),
+        cmocka_unit_test(test_png),
+        cmocka_unit_test(test_sizes),
     };
     return cmocka_run_group_tests(tests, make_path, remove_path);
 }
