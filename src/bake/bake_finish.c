@@ -88,15 +88,13 @@ static void describe_bake(struct metadata *m, const struct bake_job *job, const 
 }
 
 // Adds what is known only after the luminaire was measured to the file.
-static enum status add_measurements(const char *path, const struct evaluation *evaluation, double seconds,
-                                    struct error *error) {
+static enum status add_measurements(const char *path, const struct evaluation *evaluation, struct error *error) {
     struct safetensors file;
     enum status status = safetensors_load(&file, path, error);
     if (status != STATUS_OK) return status;
-    char *json = evaluation_json(evaluation), seconds_text[32];
-    snprintf(seconds_text, sizeof seconds_text, "%.1f", seconds);
+    char *json = evaluation_json(evaluation);
     size_t n = file.metadata_count;
-    const char **keys = calloc(n + 2, sizeof *keys), **values = calloc(n + 2, sizeof *values);
+    const char **keys = calloc(n + 1, sizeof *keys), **values = calloc(n + 1, sizeof *values);
     if (!json || !keys || !values)
         status = error_set(error, STATUS_MEMORY, "out of memory for the metadata");
     else {
@@ -104,12 +102,10 @@ static enum status add_measurements(const char *path, const struct evaluation *e
         memcpy(values, file.metadata_values, n * sizeof *values);
         keys[n] = "bake.evaluation";
         values[n] = json;
-        keys[n + 1] = "bake.seconds";
-        values[n + 1] = seconds_text;
         struct safetensors measured = file;
         measured.metadata_keys = keys;
         measured.metadata_values = values;
-        measured.metadata_count = n + 2;
+        measured.metadata_count = n + 1;
         status = safetensors_save(&measured, path, error);
     }
     free(keys);
@@ -172,8 +168,7 @@ enum status bake_finish(struct bake_job *job, struct bake_report *report, struct
     if (status == STATUS_CANCELLED)
         error_set(error, status, "cancelled; %s is complete but was not measured", job->options->output_path);
     report->seconds = clock_wall_s() - job->start_s;
-    if (status == STATUS_OK)
-        status = add_measurements(job->options->output_path, &report->evaluation, report->seconds, error);
+    if (status == STATUS_OK) status = add_measurements(job->options->output_path, &report->evaluation, error);
     luminaire_destroy(luminaire);
     if (status == STATUS_OK) status = luminaire_load(&luminaire, job->options->output_path, error);
     if (status == STATUS_OK) {

@@ -90,16 +90,7 @@ class Bake(unittest.TestCase):
 
     def test_same_seed_same_file_for_any_number_of_threads(self):
         self.sconce("bake", "lamp.xml", "-o", "again.safetensors", "--quality", "draft", "-q", "-t", 1)
-        volatile = ("bake_seconds",)
-        read = lambda name: json.loads(self.sconce("info", name).stdout)
-        a, b = read("lamp.safetensors"), read("again.safetensors")
-        for key in volatile:
-            a["metadata"].pop(key, None), b["metadata"].pop(key, None)
-        a.pop("file"), b.pop("file")
-        self.assertEqual(a, b)
-        self.sconce("render", "room.xml", "-Dlamp=lamp.safetensors", "-i", "path", "--spp", 2, "-o", "a.exr", "-q")
-        self.sconce("render", "room.xml", "-Dlamp=again.safetensors", "-i", "path", "--spp", 2, "-o", "b.exr", "-q")
-        self.assertEqual((self.path / "a.exr").read_bytes(), (self.path / "b.exr").read_bytes())
+        self.assertEqual((self.path / "lamp.safetensors").read_bytes(), (self.path / "again.safetensors").read_bytes())
 
     def test_the_room_is_lit_as_by_the_geometry(self):
         self.sconce("render", "room.xml", "-o", "geometry.exr", "-q", "--spp", 256)
