@@ -165,8 +165,8 @@ static enum status report_entries(struct report_page *page, const struct report_
             status = html_picture(page->file, &image, page->exposure, options->entries[i].name, note, error);
         }
         if (!status)
-            status = html_picture(second, &difference, 4 * page->exposure, options->entries[i].name,
-                                  "difference, 4 times", error);
+            status = html_picture(second, &difference, page->exposure, options->entries[i].name, "absolute difference",
+                                  error);
         image_fini(&image);
         image_fini(&difference);
     }
