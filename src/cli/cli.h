@@ -23,13 +23,15 @@ struct common {
     struct terminal *terminal;
 };
 
-extern const struct argp common_argp; // for argp's children; its input is a struct common *
+extern const struct argp_child common_children[]; // for argp; the child's input is a struct common *
 void common_init(struct common *common); // call before argp_parse
 void common_fini(struct common *common);
 int common_fail(struct common *common, const struct sconce_error *error); // prints it; returns the exit code
 
 double option_number(struct argp_state *state, const char *text, const char *option, double min,
                      double max); // or usage error
+// `input` with another extension, in buffer: where a command writes by default.
+const char *option_default_output(char *buffer, size_t size, const char *input, const char *extension);
 char *option_last_positional(struct argp_state *state, const char *text, char *previous, const char *what);
 
 // --- Progress (terminal.c): a bar with elapsed time and ETA on a terminal, a plain line every ten seconds otherwise.

@@ -59,19 +59,14 @@ static error_t parse(int key, char *argument, struct argp_state *state) {
 }
 
 static int run(int argc, char **argv) {
-    static const struct argp_child children[] = {{&common_argp, 0, "Common options:", 8}, {0}};
-    static const struct argp argp = {OPTIONS, parse, "LAMP.xml", "Bakes a lamp into one small file.", children, 0, 0};
+    static const struct argp argp = {OPTIONS,         parse, "LAMP.xml", "Bakes a lamp into one small file.",
+                                     common_children, 0,     0};
     struct bake_input input = {0};
     char output[4096];
     common_init(&input.common);
     if (argp_parse(&argp, argc, argv, 0, 0, &input)) return EXIT_USAGE;
     struct sconce_bake_options *o = &input.options;
-    if (!o->output) {
-        const char *dot = strrchr(o->lamp, '.');
-        snprintf(output, sizeof output, "%.*s.safetensors", (int)(dot ? dot - o->lamp : (long)strlen(o->lamp)),
-                 o->lamp);
-        o->output = output;
-    }
+    if (!o->output) o->output = option_default_output(output, sizeof output, o->lamp, ".safetensors");
     o->definitions = input.common.definitions;
     o->definition_count = input.common.definition_count;
     o->skip_missing = input.common.skip_missing;

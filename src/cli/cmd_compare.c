@@ -37,9 +37,8 @@ static error_t parse(int key, char *argument, struct argp_state *state) {
 }
 
 static int run(int argc, char **argv) {
-    static const struct argp_child children[] = {{&common_argp, 0, "Common options:", 8}, {0}};
     static const struct argp argp = {
-        OPTIONS, parse, "IMAGE.exr REFERENCE.exr", "How far an image is from its reference.", children, 0, 0};
+        OPTIONS, parse, "IMAGE.exr REFERENCE.exr", "How far an image is from its reference.", common_children, 0, 0};
     struct compare_input input = {0};
     common_init(&input.common);
     if (argp_parse(&argp, argc, argv, 0, 0, &input)) return EXIT_USAGE;

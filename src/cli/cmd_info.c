@@ -27,8 +27,8 @@ static error_t parse(int key, char *argument, struct argp_state *state) {
 }
 
 static int run(int argc, char **argv) {
-    static const struct argp_child children[] = {{&common_argp, 0, "Common options:", 8}, {0}};
-    static const struct argp argp = {0, parse, "FILE", "What a scene, a luminaire or an image holds.", children, 0, 0};
+    static const struct argp argp = {0, parse, "FILE", "What a scene, a luminaire or an image holds.", common_children,
+                                     0, 0};
     struct info_input input = {0};
     common_init(&input.common);
     if (argp_parse(&argp, argc, argv, 0, 0, &input)) return EXIT_USAGE;

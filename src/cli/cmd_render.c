@@ -78,18 +78,13 @@ static error_t parse(int key, char *argument, struct argp_state *state) {
 }
 
 static int run(int argc, char **argv) {
-    static const struct argp_child children[] = {{&common_argp, 0, "Common options:", 8}, {0}};
-    static const struct argp argp = {OPTIONS, parse, "SCENE.xml", "Renders a scene.", children, 0, 0};
+    static const struct argp argp = {OPTIONS, parse, "SCENE.xml", "Renders a scene.", common_children, 0, 0};
     struct render_input input = {0};
     char output[4096];
     common_init(&input.common);
     if (argp_parse(&argp, argc, argv, 0, 0, &input)) return EXIT_USAGE;
-    if (!input.options.output) {
-        const char *dot = strrchr(input.options.scene, '.');
-        snprintf(output, sizeof output, "%.*s.exr",
-                 (int)(dot ? dot - input.options.scene : (long)strlen(input.options.scene)), input.options.scene);
-        input.options.output = output;
-    }
+    if (!input.options.output)
+        input.options.output = option_default_output(output, sizeof output, input.options.scene, ".exr");
     input.options.definitions = input.common.definitions;
     input.options.definition_count = input.common.definition_count;
     input.options.skip_missing = input.common.skip_missing;

@@ -65,9 +65,9 @@ static error_t parse(int key, char *argument, struct argp_state *state) {
 }
 
 static int run(int argc, char **argv) {
-    static const struct argp_child children[] = {{&common_argp, 0, "Common options:", 8}, {0}};
     static const struct argp argp = {
-        OPTIONS, parse, "NAME=IMAGE[,JSON]...", "Puts pictures and their figures on one HTML page.", children, 0, 0};
+        OPTIONS, parse, "NAME=IMAGE[,JSON]...", "Puts pictures and their figures on one HTML page.", common_children,
+        0,       0};
     struct report_input input = {.options = {.output = "report.html", .title = "sconce"}};
     input.options.entries = input.entries;
     common_init(&input.common);

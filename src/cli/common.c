@@ -72,6 +72,13 @@ char *option_last_positional(struct argp_state *state, const char *text, char *p
     return (char *)(uintptr_t)text;
 }
 
+const char *option_default_output(char *buffer, size_t size, const char *input, const char *extension) {
+    const char *dot = strrchr(input, '.');
+    if (dot && strchr(dot, '/')) dot = NULL; // of a folder
+    snprintf(buffer, size, "%.*s%s", (int)(dot ? dot - input : (long)strlen(input)), input, extension);
+    return buffer;
+}
+
 static void define(struct common *common, struct argp_state *state, char *text) {
     char *equals = strchr(text, '=');
     if (!equals || equals == text) argp_error(state, "-D takes name=value, not '%s'", text);
@@ -111,4 +118,5 @@ static error_t parse(int key, char *argument, struct argp_state *state) {
     }
 }
 
-const struct argp common_argp = {OPTIONS, parse, 0, 0, 0, 0, 0};
+static const struct argp COMMON = {OPTIONS, parse, 0, 0, 0, 0, 0};
+const struct argp_child common_children[] = {{&COMMON, 0, "Common options:", 8}, {0}};
