@@ -1,0 +1,60 @@
+// For tests that bring a luminaire of their own in place of a baked one: everything but its light. Its proxy is the
+// unit sphere and light samples fill the cone under which a point sees it. The including file defines `struct
+// luminaire`, stand_in, luminaire_flux, luminaire_span, luminaire_eval and luminaire_transmittance.
+#pragma once
+
+#include "luminaire/luminaire.h"
+#include "math/warp.h"
+
+struct luminaire;
+static struct luminaire *stand_in(void); // the one that is loaded from whatever file
+
+enum status luminaire_load(struct luminaire **luminaire, const char *path, struct error *error) {
+    (void)path, (void)error;
+    *luminaire = stand_in();
+    return STATUS_OK;
+}
+void luminaire_destroy(struct luminaire *luminaire) { (void)luminaire; }
+const char *luminaire_metadata(const struct luminaire *luminaire, const char *key) {
+    (void)luminaire, (void)key;
+    return NULL;
+}
+size_t luminaire_bytes(const struct luminaire *luminaire) {
+    (void)luminaire;
+    return 0;
+}
+void luminaire_bounds(const struct luminaire *luminaire, float center[3], float *radius) {
+    (void)luminaire;
+    center[0] = center[1] = center[2] = 0;
+    *radius = 1;
+}
+static vec3 vec3_from(const float v[3]) { return (vec3){v[0], v[1], v[2]}; }
+
+static float cone_cos(vec3 s) { // of the proxy's cone; -1 inside
+    float d2 = vec3_dot(s, s);
+    return d2 <= 1.0001f ? -1 : sqrtf(1 - 1 / d2);
+}
+
+void luminaire_sample(const struct luminaire *luminaire, size_t n, const float (*s)[3], const float (*u)[3],
+                      float (*direction)[3], float *pdf_sa) {
+    (void)luminaire;
+    for (size_t i = 0; i < n; i++) {
+        float cos_max = cone_cos(vec3_from(s[i]));
+        struct frame frame = frame_from_normal(vec3_normalize(vec3_neg(vec3_from(s[i]))));
+        vec3 w = frame_world_from_local(&frame, warp_uniform_cone((vec2){u[i][0], u[i][1]}, cos_max));
+        direction[i][0] = w.x;
+        direction[i][1] = w.y;
+        direction[i][2] = w.z;
+        pdf_sa[i] = 1 / (2 * PI_F * (1 - cos_max));
+    }
+}
+
+void luminaire_pdf(const struct luminaire *luminaire, size_t n, const float (*s)[3], const float (*direction)[3],
+                   float *pdf_sa) {
+    (void)luminaire;
+    for (size_t i = 0; i < n; i++) {
+        vec3 p = vec3_from(s[i]);
+        float cos_max = cone_cos(p), cos_theta = vec3_dot(vec3_normalize(vec3_neg(p)), vec3_from(direction[i]));
+        pdf_sa[i] = cos_theta >= cos_max - 1e-6f ? 1 / (2 * PI_F * (1 - cos_max)) : 0;
+    }
+}
