@@ -118,8 +118,15 @@ struct sconce_figures { // what was measured on held-out lines, beside the black
     float light_field_error,
         light_field_error_black; // mean squared error of radiance over bundles of lines, relative to the mean square
     float transparency_error, transparency_error_black; // mean absolute error
+    float transparency_noise; // what a perfect luminaire would score
     float sample_variance,
         sample_variance_uniform; // relative variance of L cos / p of one light sample; of a uniform one
+    // By sconce_evaluate only (else false): the irradiance map of 256 x 256 pixels on a wall 2 radii away; orthographic
+    // pictures of the lamp from 8 directions, as mean squared error of log(1 + x) in dB below the black image's. Noise
+    // is taken out of relMSE and dB; FLIP has it, so the FLIP of a perfect luminaire stands beside it.
+    bool wall_measured, view_measured;
+    float wall_relmse, wall_relmse_noise, wall_flip, wall_flip_noise;
+    float view_gain_db, view_flip, view_flip_black, view_flip_noise;
     size_t bytes;
     double seconds;
 };

@@ -10,6 +10,17 @@ static void figures_fill(struct sconce_figures *figures, const struct evaluation
                                        .light_field_error_black = 1,
                                        .transparency_error = e->transparency_error,
                                        .transparency_error_black = e->transparency_error_opaque,
+                                       .transparency_noise = e->transparency_noise,
+                                       .wall_measured = e->wall_measured,
+                                       .wall_relmse = e->wall_relmse,
+                                       .wall_relmse_noise = e->wall_relmse_noise,
+                                       .wall_flip = e->wall_flip,
+                                       .wall_flip_noise = e->wall_flip_noise,
+                                       .view_measured = e->view_measured,
+                                       .view_gain_db = e->view_gain_db,
+                                       .view_flip = e->view_flip,
+                                       .view_flip_black = e->view_flip_black,
+                                       .view_flip_noise = e->view_flip_noise,
                                        .sample_variance = e->sample_variance,
                                        .sample_variance_uniform = e->sample_variance_uniform};
     memcpy(figures->flux, e->flux, sizeof figures->flux);

@@ -12,9 +12,9 @@
 
 // By quality, aims at 20 s, 2 minutes and half an hour on 2 cores.
 static const struct bake_plan plans[] = {
-    [BAKE_DRAFT] = {1000000, 0, 32, 36, 15, {500000, 1000000, 64, 512}},
-    [BAKE_STANDARD] = {3000000, 4, 100, 240, 16, {4000000, 4000000, 128, 1024}},
-    [BAKE_HIGH] = {8000000, 24, 1500, 5000, 17, {16000000, 8000000, 128, 2048}},
+    [BAKE_DRAFT] = {1000000, 0, 32, 36, 15, {500000, 1000000, 64, 512, 0, 0}},
+    [BAKE_STANDARD] = {3000000, 4, 100, 240, 16, {4000000, 4000000, 128, 1024, 0, 0}},
+    [BAKE_HIGH] = {8000000, 24, 1500, 5000, 17, {16000000, 8000000, 128, 2048, 0, 0}},
 };
 
 static struct bake_plan plan_work(const struct bake_options *options) {

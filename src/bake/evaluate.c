@@ -6,14 +6,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bake/evaluate_private.h"
 #include "bake/line_bins.h"
 #include "bake/survey.h"
 #include "base/parallel.h"
-#include "math/warp.h"
 
-const struct evaluation_effort evaluation_effort_full = {4000000, 4000000, 128, 1024};
+const struct evaluation_effort evaluation_effort_full = {16000000, 16000000, 128, 4096, 128, 16};
 
-enum { EVAL_BATCH = 1 << 16, LIGHT_SAMPLES = 4096, LINE_REPEATS = 64 };
+enum { EVAL_BATCH = 1 << 16, BATCHES = 8 }; // noise is measured by how the batches differ
 
 static vec3 vec3_from(const float v[3]) { return (vec3){v[0], v[1], v[2]}; }
 
@@ -38,35 +38,58 @@ static void eval_block(void *user, size_t block, int worker) {
     luminaire_eval(job->luminaire, n, (const float(*)[3])point, (const float(*)[3])w, job->value + begin);
 }
 
+struct flux_sums { // of batches of one size
+    double sum[3], squares[3];
+    size_t batches;
+};
+
+static void flux_sums_add(struct flux_sums *sums, const double flux[3]) { // the mean of a batch
+    for (int c = 0; c < 3; c++) {
+        sums->sum[c] += flux[c];
+        sums->squares[c] += flux[c] * flux[c];
+    }
+    sums->batches++;
+}
+
+static double flux_mean(const struct flux_sums *sums, int c) { return sums->sum[c] / (double)sums->batches; }
+
+static double flux_noise(const struct flux_sums *sums, int c) { // relative standard error
+    double n = (double)sums->batches, mean = flux_mean(sums, c);
+    return mean > 0 && n > 1 ? sqrt(fmax(0, sums->squares[c] / n - mean * mean) / (n - 1)) / mean : 0;
+}
+
+static void add_lines(const struct line_sample *lines, const float (*value)[3], struct line_bins *bins,
+                      double flux[3]) {
+    for (size_t i = 0; i < EVAL_BATCH; i++) {
+        const struct line_sample *line = &lines[i];
+        if (!(line->mass > 0)) continue;
+        float y[3];
+        for (int c = 0; c < 3; c++) {
+            y[c] = value[i][c] * line->mass;
+            flux[c] += (double)y[c];
+        }
+        line_bins_add(bins, vec3_from(line->point), vec3_from(line->w), (y[0] + y[1] + y[2]) * (1.0f / 3));
+    }
+}
+
 // The luminaire's light by lines from the guide: its flux, and its bins.
 static enum status bin_luminaire(const struct luminaire *luminaire, const struct lamp *lamp,
                                  const struct line_guide *guide, size_t line_count, struct line_bins *bins,
-                                 double flux[3], double noise[3], struct error *error) {
+                                 struct flux_sums *sums, struct error *error) {
     struct line_sample *lines = malloc(EVAL_BATCH * sizeof *lines);
     float(*value)[3] = malloc(EVAL_BATCH * sizeof *value);
-    size_t batches = (line_count + EVAL_BATCH - 1) / EVAL_BATCH;
-    double squares[3] = {0, 0, 0};
-    for (size_t b = 0; b < batches && lines && value; b++) {
-        gather_lines(lines, lamp, guide, STREAM_EVALUATION, b * EVAL_BATCH, EVAL_BATCH, false);
-        struct eval_job job = {luminaire, EVAL_BATCH, lines, value};
-        parallel_for(lamp->threads, EVAL_BATCH / EVAL_BLOCK, eval_block, &job);
-        for (size_t i = 0; i < EVAL_BATCH; i++) {
-            const struct line_sample *line = &lines[i];
-            if (!(line->mass > 0)) continue;
-            float y[3];
-            for (int c = 0; c < 3; c++) {
-                y[c] = value[i][c] * line->mass;
-                flux[c] += (double)y[c];
-                squares[c] += (double)y[c] * (double)y[c];
-            }
-            line_bins_add(bins, vec3_from(line->point), vec3_from(line->w), (y[0] + y[1] + y[2]) * (1.0f / 3));
+    size_t pieces = (line_count + BATCHES * EVAL_BATCH - 1) / (BATCHES * EVAL_BATCH), at = 0;
+    for (int batch = 0; batch < BATCHES && lines && value; batch++) {
+        double flux[3] = {0, 0, 0};
+        for (size_t piece = 0; piece < pieces; piece++, at += EVAL_BATCH) {
+            gather_lines(lines, lamp, guide, STREAM_EVALUATION, at, EVAL_BATCH, false);
+            struct eval_job job = {luminaire, EVAL_BATCH, lines, value};
+            parallel_for(lamp->threads, EVAL_BATCH / EVAL_BLOCK, eval_block, &job);
+            add_lines(lines, (const float(*)[3])value, bins, flux);
         }
-    }
-    bins->samples = batches * EVAL_BATCH;
-    for (int c = 0; c < 3; c++) {
-        double n = (double)bins->samples;
-        flux[c] /= n;
-        noise[c] = flux[c] > 0 ? sqrt(fmax(0, squares[c] / n - flux[c] * flux[c]) / n) / flux[c] : 0;
+        line_bins_close_batch(bins, pieces * EVAL_BATCH);
+        for (int c = 0; c < 3; c++) flux[c] /= (double)(pieces * EVAL_BATCH);
+        flux_sums_add(sums, flux);
     }
     enum status status =
         lines && value ? STATUS_OK : error_set(error, STATUS_MEMORY, "out of memory for the evaluation");
@@ -75,17 +98,40 @@ static enum status bin_luminaire(const struct luminaire *luminaire, const struct
     return status;
 }
 
-static void bin_exits(const struct exit_list *list, struct line_bins *bins) {
+static void add_exits(const struct exit_list *list, struct line_bins *bins, struct flux_sums *sums) {
+    double flux[3] = {0, 0, 0};
     for (size_t i = 0; i < list->count; i++) {
         const struct line_exit *x = &list->exits[i];
+        for (int c = 0; c < 3; c++) flux[c] += (double)x->flux[c] / (double)list->emitted;
         line_bins_add(bins, vec3_from(x->point), vec3_from(x->w), (x->flux[0] + x->flux[1] + x->flux[2]) * (1.0f / 3));
     }
-    bins->samples = list->emitted;
+    line_bins_close_batch(bins, list->emitted);
+    flux_sums_add(sums, flux);
+}
+
+// The lamp's particles, batch by batch: no more of them are held at once. The first batch is the survey's.
+static enum status bin_particles(const struct lamp *lamp, const struct survey *survey, const struct run *run,
+                                 struct line_bins *bins, struct wall *wall, struct flux_sums *sums,
+                                 struct error *error) {
+    const size_t n = survey->exits.emitted;
+    for (size_t batch = 0; batch < BATCHES; batch++) {
+        struct exit_list list = {0};
+        if (batch > 0) {
+            enum status status = gather_exits(&list, lamp, STREAM_EVALUATION, batch * n, n, false, run, error);
+            if (status != STATUS_OK) return status;
+        }
+        const struct exit_list *exits = batch > 0 ? &list : &survey->exits;
+        add_exits(exits, bins, sums);
+        wall_add(wall, exits, batch & 1);
+        exit_list_fini(&list);
+        run_progress(run, "evaluating", 0.1 + 0.4 * (double)batch / BATCHES, 0, NULL);
+    }
+    return STATUS_OK;
 }
 
 static enum status compare_light(const struct luminaire *luminaire, const struct lamp *lamp,
-                                 const struct survey *survey, size_t lines, struct evaluation *evaluation,
-                                 struct error *error) {
+                                 const struct survey *survey, size_t lines, const struct run *run, struct wall *wall,
+                                 struct evaluation *evaluation, struct error *error) {
     vec3 center = vec3_from(lamp->proxy.center);
     struct line_guide_options options = {.center = center,
                                          .radius = lamp->proxy.radius,
@@ -97,17 +143,18 @@ static enum status compare_light(const struct luminaire *luminaire, const struct
                                          .cluster_share = 0.5f * survey->clear_share};
     struct line_guide *guide = NULL;
     struct line_bins reference = {0}, model = {0};
-    double flux[3] = {0, 0, 0}, noise[3] = {0, 0, 0};
+    struct flux_sums flux_reference = {0}, flux_model = {0};
     enum status status = line_guide_create(&guide, &options, error);
     if (status == STATUS_OK) status = line_bins_init(&reference, center, lamp->proxy.radius, error);
     if (status == STATUS_OK) status = line_bins_init(&model, center, lamp->proxy.radius, error);
-    if (status == STATUS_OK) status = bin_luminaire(luminaire, lamp, guide, lines, &model, flux, noise, error);
+    if (status == STATUS_OK) status = bin_particles(lamp, survey, run, &reference, wall, &flux_reference, error);
+    if (status == STATUS_OK) status = bin_luminaire(luminaire, lamp, guide, lines, &model, &flux_model, error);
     if (status == STATUS_OK) {
-        bin_exits(&survey->exits, &reference);
         for (int c = 0; c < 3; c++) {
-            evaluation->flux[c] = (float)survey->flux[c];
-            evaluation->flux_noise[c] = (float)hypot(survey->flux_noise[c], noise[c]);
-            evaluation->flux_error[c] = survey->flux[c] > 0 ? (float)(flux[c] / survey->flux[c] - 1) : (float)flux[c];
+            double flux = flux_mean(&flux_reference, c), model_flux = flux_mean(&flux_model, c);
+            evaluation->flux[c] = (float)flux;
+            evaluation->flux_noise[c] = (float)hypot(flux_noise(&flux_reference, c), flux_noise(&flux_model, c));
+            evaluation->flux_error[c] = flux > 0 ? (float)(model_flux / flux - 1) : (float)model_flux;
         }
         for (int k = 0; k < EVALUATION_DISTANCES; k++)
             line_bins_irradiance_error(&model, &reference, k, &evaluation->irradiance_error[k],
@@ -120,94 +167,6 @@ static enum status compare_light(const struct luminaire *luminaire, const struct
     return status;
 }
 
-// Mean absolute error of T over uniform lines. A line's reference is the mean of 64 traces.
-static enum status compare_transparency(const struct luminaire *luminaire, const struct lamp *lamp, size_t count,
-                                        struct evaluation *evaluation, struct error *error) {
-    struct line_sample *lines = malloc(count * sizeof *lines);
-    if (!lines) return error_set(error, STATUS_MEMORY, "out of memory for the evaluation");
-    gather_transmittance(lines, lamp, STREAM_EVALUATION, 0, count, LINE_REPEATS);
-    double error_sum = 0, reference_sum = 0;
-    for (size_t i = 0; i < count; i++) {
-        float t[3];
-        luminaire_transmittance(luminaire, 1, (const float(*)[3])lines[i].point, (const float(*)[3])lines[i].w, &t);
-        for (int c = 0; c < 3; c++) {
-            error_sum += fabs((double)(t[c] - lines[i].target[c]));
-            reference_sum += (double)lines[i].target[c];
-        }
-    }
-    evaluation->transparency_error = (float)(error_sum / (3 * (double)count));
-    evaluation->transparency_error_opaque = (float)(reference_sum / (3 * (double)count));
-    free(lines);
-    return STATUS_OK;
-}
-
-struct light_job {
-    const struct luminaire *luminaire;
-    const struct lamp *lamp;
-    float (*variance)[2]; // per shading point: of the luminaire's samples, of uniform ones
-};
-
-// Mean and mean square of L cos / p at s, whose normal faces the lamp's centre.
-static void light_moments(const struct luminaire *luminaire, const float s[3], vec3 normal,
-                          const float (*directions)[3], const float *pdfs, double *mean, double *square) {
-    float points[LIGHT_SAMPLES][3], w[LIGHT_SAMPLES][3], radiance[LIGHT_SAMPLES][3];
-    for (size_t i = 0; i < LIGHT_SAMPLES; i++) {
-        memcpy(points[i], s, sizeof points[i]);
-        for (int c = 0; c < 3; c++) w[i][c] = -directions[i][c];
-    }
-    luminaire_eval(luminaire, LIGHT_SAMPLES, (const float(*)[3])points, (const float(*)[3])w, radiance);
-    *mean = *square = 0;
-    for (size_t i = 0; i < LIGHT_SAMPLES; i++) {
-        float cosine = fmaxf(0, vec3_dot(vec3_from(directions[i]), normal));
-        double x = (double)((radiance[i][0] + radiance[i][1] + radiance[i][2]) * cosine / pdfs[i]);
-        *mean += x / LIGHT_SAMPLES;
-        *square += x * x / LIGHT_SAMPLES;
-    }
-}
-
-static void light_point(void *user, size_t index, int worker) {
-    (void)worker;
-    const struct light_job *job = user;
-    const struct lamp *lamp = job->lamp;
-    struct sampler sampler = sampler_make(lamp->seed, (uint64_t)STREAM_EVALUATION << 56 | 3, index);
-    float distance = 1.2f * powf(4, sampler_1d(&sampler)) * lamp->proxy.radius, cos_max, s[LIGHT_SAMPLES][3];
-    vec3 out = warp_uniform_sphere(sampler_2d(&sampler)), normal = vec3_neg(out);
-    vec3 point = vec3_mad(out, distance, vec3_from(lamp->proxy.center));
-    struct frame frame = frame_from_normal(normal);
-    float u[LIGHT_SAMPLES][3], directions[LIGHT_SAMPLES][3], pdfs[LIGHT_SAMPLES];
-    cos_max = sqrtf(1 - sqrf(lamp->proxy.radius / distance));
-    for (size_t i = 0; i < LIGHT_SAMPLES; i++) {
-        for (int c = 0; c < 3; c++) u[i][c] = sampler_1d(&sampler);
-        memcpy(s[i], &(float[3]){point.x, point.y, point.z}, sizeof s[i]);
-    }
-    luminaire_sample(job->luminaire, LIGHT_SAMPLES, (const float(*)[3])s, (const float(*)[3])u, directions, pdfs);
-    double mean, square, uniform_mean, uniform_square;
-    light_moments(job->luminaire, s[0], normal, (const float(*)[3])directions, pdfs, &mean, &square);
-    for (size_t i = 0; i < LIGHT_SAMPLES; i++) {
-        vec3 d = frame_world_from_local(&frame, warp_uniform_cone((vec2){u[i][0], u[i][1]}, cos_max));
-        memcpy(directions[i], &(float[3]){d.x, d.y, d.z}, sizeof directions[i]);
-        pdfs[i] = warp_uniform_cone_pdf(cos_max);
-    }
-    light_moments(job->luminaire, s[0], normal, (const float(*)[3])directions, pdfs, &uniform_mean, &uniform_square);
-    job->variance[index][0] = mean > 0 ? (float)(square / (mean * mean) - 1) : 0;
-    job->variance[index][1] = mean > 0 ? (float)(uniform_square / (mean * mean) - 1) : 0;
-}
-
-static enum status measure_sampling(const struct luminaire *luminaire, const struct lamp *lamp, size_t points,
-                                    struct evaluation *evaluation, struct error *error) {
-    float(*variance)[2] = calloc(points, sizeof *variance);
-    if (!variance) return error_set(error, STATUS_MEMORY, "out of memory for the evaluation");
-    struct light_job job = {luminaire, lamp, variance};
-    parallel_for(lamp->threads, points, light_point, &job);
-    double sums[2] = {0, 0};
-    for (size_t i = 0; i < points; i++)
-        for (int k = 0; k < 2; k++) sums[k] += (double)variance[i][k];
-    evaluation->sample_variance = (float)(sums[0] / (double)points);
-    evaluation->sample_variance_uniform = (float)(sums[1] / (double)points);
-    free(variance);
-    return STATUS_OK;
-}
-
 enum status evaluate_luminaire(const struct luminaire *luminaire, const struct scene *scene,
                                const struct evaluation_effort *effort, const struct run *run,
                                struct evaluation *evaluation, struct error *error) {
@@ -216,21 +175,34 @@ enum status evaluate_luminaire(const struct luminaire *luminaire, const struct s
     luminaire_bounds(luminaire, lamp.proxy.center, &lamp.proxy.radius);
     double start = clock_wall_s();
     run_progress(run, "evaluating", 0, 0, NULL);
-    enum status status = proxy_shape_init(&lamp.shape, &lamp.proxy, error);
-    if (status != STATUS_OK) return status;
+    struct wall wall = {0};
     struct survey *survey = calloc(1, sizeof *survey);
-    if (!survey) status = error_set(error, STATUS_MEMORY, "out of memory for the evaluation");
+    enum status status = survey ? STATUS_OK : error_set(error, STATUS_MEMORY, "out of memory for the evaluation");
+    if (status == STATUS_OK) status = proxy_shape_init(&lamp.shape, &lamp.proxy, error);
+    if (status == STATUS_OK) status = wall_init(&wall, &lamp, error);
     if (status == STATUS_OK) status = survey_clusters(survey, &lamp, error);
-    if (status == STATUS_OK) status = survey_exits(survey, &lamp, STREAM_EVALUATION, effort->particles, run, error);
-    run_progress(run, "evaluating", 0.4, clock_wall_s() - start, NULL);
-    if (status == STATUS_OK) status = compare_light(luminaire, &lamp, survey, effort->lines, evaluation, error);
-    run_progress(run, "evaluating", 0.8, clock_wall_s() - start, NULL);
+    struct aim aims[SURVEY_CLUSTERS];
+    for (size_t i = 0; status == STATUS_OK && i < survey->cluster_count; i++)
+        aims[i] = (struct aim){survey->clusters[i].center, 1.05f * survey->clusters[i].radius};
+    lamp.aims = aims;
+    lamp.aim_count = survey ? survey->cluster_count : 0;
     if (status == STATUS_OK)
-        status = compare_transparency(luminaire, &lamp, effort->transparency_lines, evaluation, error);
-    if (status == STATUS_OK) status = measure_sampling(luminaire, &lamp, effort->light_points, evaluation, error);
+        status = survey_exits(survey, &lamp, STREAM_EVALUATION, effort->particles / BATCHES, run, error);
+    if (status == STATUS_OK)
+        status = compare_light(luminaire, &lamp, survey, effort->lines, run, &wall, evaluation, error);
+    run_progress(run, "evaluating", 0.7, clock_wall_s() - start, NULL);
+    if (status == STATUS_OK && effort->wall_samples > 0)
+        status = wall_compare(&wall, luminaire, &lamp, effort->wall_samples, evaluation, error);
+    if (status == STATUS_OK)
+        status = evaluate_transparency(luminaire, &lamp, effort->transparency_lines, evaluation, error);
+    run_progress(run, "evaluating", 0.8, clock_wall_s() - start, NULL);
+    if (status == STATUS_OK) status = evaluate_sampling(luminaire, &lamp, effort->light_points, evaluation, error);
+    if (status == STATUS_OK && effort->view_samples > 0)
+        status = evaluate_views(luminaire, &lamp, effort->view_samples, evaluation, error);
     run_progress(run, "evaluating", 1, clock_wall_s() - start, NULL);
     if (survey) survey_fini(survey);
     free(survey);
+    wall_fini(&wall);
     proxy_shape_fini(&lamp.shape);
     return status;
 }
@@ -252,8 +224,19 @@ char *evaluation_json(const struct evaluation *e) {
     json_object_set_new(root, "light_field_error", json_real((double)e->light_field_error));
     json_object_set_new(root, "transparency_error", json_real((double)e->transparency_error));
     json_object_set_new(root, "transparency_error_opaque", json_real((double)e->transparency_error_opaque));
+    json_object_set_new(root, "transparency_noise", json_real((double)e->transparency_noise));
     json_object_set_new(root, "sample_variance", json_real((double)e->sample_variance));
     json_object_set_new(root, "sample_variance_uniform", json_real((double)e->sample_variance_uniform));
+    if (e->wall_measured)
+        json_object_set_new(root, "wall",
+                            json_pack("{s:f, s:f, s:f, s:f}", "relmse", (double)e->wall_relmse, "relmse_noise",
+                                      (double)e->wall_relmse_noise, "flip", (double)e->wall_flip, "flip_noise",
+                                      (double)e->wall_flip_noise));
+    if (e->view_measured)
+        json_object_set_new(root, "view",
+                            json_pack("{s:f, s:f, s:f, s:f}", "gain_db", (double)e->view_gain_db, "flip",
+                                      (double)e->view_flip, "flip_black", (double)e->view_flip_black, "flip_noise",
+                                      (double)e->view_flip_noise));
     char *text = root ? json_dumps(root, JSON_COMPACT | JSON_REAL_PRECISION(6)) : NULL;
     json_decref(root);
     return text;

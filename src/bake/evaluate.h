@@ -12,20 +12,31 @@ struct evaluation {
     float flux[3], flux_noise[3]; // of the traced lamp, and its relative standard error
     float flux_error[3]; // relative, signed: luminaire / lamp - 1
     // Mean over the patches of a sphere of that radius of |E / E_ref - 1|; `noise` is what a perfect luminaire would
-    // score because both sides are Monte Carlo estimates (an upper bound: of samples as if they were independent).
+    // score because both sides are Monte Carlo estimates.
     float irradiance_error[EVALUATION_DISTANCES], irradiance_noise[EVALUATION_DISTANCES];
     // Squared error of radiance averaged over small bundles of lines, less the noise of both sides, over the mean
     // square.
     float light_field_error;
     float transparency_error, transparency_error_opaque; // mean absolute, of the luminaire and of T = 0
+    float transparency_noise; // what a perfect luminaire would score
     float sample_variance,
         sample_variance_uniform; // relative variance of L cos / p of one light sample; of uniform ones
+    // Of the irradiance map on a square wall of 4 x 4 radii, 2 radii from the centre: relMSE less the noise of both
+    // sides, what that noise alone would add; of both maps smoothed by 2 pixels: FLIP, and that of a perfect luminaire.
+    bool wall_measured;
+    float wall_relmse, wall_relmse_noise, wall_flip, wall_flip_noise;
+    // Of orthographic pictures of the lamp from 8 directions as the light field shows it: mean squared error of
+    // log(1 + x) less the noise, in dB below that of a black image; FLIP of both, and of a perfect luminaire.
+    bool view_measured;
+    float view_gain_db, view_flip, view_flip_black, view_flip_noise;
 };
 
 struct evaluation_effort {
     size_t particles, lines, light_points, transparency_lines;
+    int wall_samples; // a pixel of the wall, of the luminaire; 0: the wall is not measured
+    int view_samples; // a pixel of the pictures; 0: they are not measured
 };
-extern const struct evaluation_effort evaluation_effort_full; // noise of irradiance about 1 %
+extern const struct evaluation_effort evaluation_effort_full; // noise of irradiance below 0.5 %
 
 enum status evaluate_luminaire(const struct luminaire *luminaire, const struct scene *scene,
                                const struct evaluation_effort *effort, const struct run *run,

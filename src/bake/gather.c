@@ -10,7 +10,7 @@
 #include "math/warp.h"
 #include "trace/particle_exit.h"
 
-enum { BLOCK = 2048, BLOCKS_PER_LOOK = 128, MAX_DEPTH = 100 };
+enum { BLOCK = 2048, BLOCKS_PER_LOOK = 128, MAX_DEPTH = 100, AGREEING = 64 };
 static const float straight_cos = 0.866f; // light turned by less than 30 degrees counts as having come through
 
 static vec3 vec3_from(const float v[3]) { return (vec3){v[0], v[1], v[2]}; }
@@ -101,7 +101,7 @@ struct line_job {
     uint64_t stream;
     size_t first, n;
     bool trace;
-    int repeats; // of the transmittance's traces
+    int repeats, round; // of the transmittance's traces
     struct line_sample *lines;
 };
 
@@ -146,8 +146,24 @@ static void gather_line_block(void *user, size_t block, int worker) {
 
 void gather_lines(struct line_sample *lines, const struct lamp *lamp, const struct line_guide *guide,
                   enum gather_stream stream, size_t first, size_t n, bool trace) {
-    struct line_job job = {lamp, guide, (uint64_t)stream << 56 | 1, first, n, trace, 1, lines};
+    struct line_job job = {lamp, guide, (uint64_t)stream << 56 | 1, first, n, trace, 1, 0, lines};
     parallel_for(lamp->threads, (n + BLOCK - 1) / BLOCK, gather_line_block, &job);
+}
+
+static rgb mean_transmittance(const struct line_job *job, size_t index, vec3 exit, vec3 w) {
+    const struct ray ray = camera_ray(job->lamp, exit, w);
+    const uint64_t stream = job->stream | (uint64_t)(index + 1) << 16 | (uint64_t)(job->round + 1) << 8;
+    rgb sum = rgb_gray(0), first = rgb_gray(0);
+    bool varies = false;
+    int k = 0;
+    for (; k < job->repeats && (varies || k < AGREEING); k++) {
+        struct sampler sampler = sampler_make(job->lamp->seed, stream, (uint64_t)k);
+        rgb t = trace_line_transmittance(job->lamp->scene, &ray, &sampler, MAX_DEPTH, straight_cos);
+        if (k == 0) first = t;
+        varies = varies || rgb_max(rgb_sub(t, first)) > 1e-3f || rgb_max(rgb_sub(first, t)) > 1e-3f;
+        sum = rgb_add(sum, t);
+    }
+    return rgb_scale(sum, 1 / (float)k);
 }
 
 static void gather_transmittance_block(void *user, size_t block, int worker) {
@@ -170,20 +186,19 @@ static void gather_transmittance_block(void *user, size_t block, int worker) {
         store(line->point, exit);
         store(line->w, w);
         line->mass = 1;
-        struct ray ray = camera_ray(job->lamp, exit, w);
-        rgb sum = rgb_gray(0);
-        for (int k = 0; k < job->repeats; k++) {
-            struct sampler again = sampler_make(job->lamp->seed, job->stream | (uint64_t)(k + 1) << 8, job->first + i);
-            sum = rgb_add(sum, trace_line_transmittance(job->lamp->scene, &ray, &again, MAX_DEPTH, straight_cos));
-        }
-        rgb t = rgb_scale(sum, 1 / (float)job->repeats);
+        rgb t = mean_transmittance(job, job->first + i, exit, w);
         store(line->target, (vec3){t.r, t.g, t.b});
     }
 }
 
 void gather_transmittance(struct line_sample *lines, const struct lamp *lamp, enum gather_stream stream, size_t first,
-                          size_t n, int repeats) {
-    struct line_job job = {
-        .lamp = lamp, .stream = (uint64_t)stream << 56 | 2, .first = first, .n = n, .repeats = repeats, .lines = lines};
+                          size_t n, int repeats, int round) {
+    struct line_job job = {.lamp = lamp,
+                           .stream = (uint64_t)stream << 56 | 2,
+                           .first = first,
+                           .n = n,
+                           .repeats = repeats,
+                           .round = round,
+                           .lines = lines};
     parallel_for(lamp->threads, (n + BLOCK - 1) / BLOCK, gather_transmittance_block, &job);
 }

@@ -45,6 +45,7 @@ void exit_list_fini(struct exit_list *list);
 void gather_lines(struct line_sample *lines, const struct lamp *lamp, const struct line_guide *guide,
                   enum gather_stream stream, size_t first, size_t n, bool trace);
 
-// Uniform lines that cross the proxy: mass = 1, target = the mean of `repeats` estimates of the transmittance.
+// Uniform lines that cross the proxy: mass = 1, target = the mean of `repeats` estimates of the transmittance, of fewer
+// where the first 64 agree. Another `round`: other estimates on the same lines.
 void gather_transmittance(struct line_sample *lines, const struct lamp *lamp, enum gather_stream stream, size_t first,
-                          size_t n, int repeats);
+                          size_t n, int repeats, int round);

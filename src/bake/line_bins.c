@@ -19,7 +19,8 @@ static void bin_sums_add(struct bin_sums *sums, size_t bin, float y) {
 enum status line_bins_init(struct line_bins *bins, vec3 center, float radius, struct error *error) {
     *bins = (struct line_bins){.center = center, .radius = radius};
     bool patches = bin_sums_init(&bins->patches, (size_t)EVALUATION_DISTANCES * PATCHES);
-    if (bin_sums_init(&bins->bundles, BUNDLES) && patches) return STATUS_OK;
+    bins->batch = calloc((size_t)EVALUATION_DISTANCES * PATCHES, sizeof *bins->batch);
+    if (bin_sums_init(&bins->bundles, BUNDLES) && patches && bins->batch) return STATUS_OK;
     line_bins_fini(bins);
     return error_set(error, STATUS_MEMORY, "out of memory for the evaluation");
 }
@@ -29,6 +30,7 @@ void line_bins_fini(struct line_bins *bins) {
     free(bins->patches.squares);
     free(bins->bundles.sum);
     free(bins->bundles.squares);
+    free(bins->batch);
     *bins = (struct line_bins){0};
 }
 
@@ -49,21 +51,38 @@ void line_bins_add(struct line_bins *bins, vec3 point, vec3 w, float y) {
     for (int k = 0; k < EVALUATION_DISTANCES; k++) {
         float r = evaluation_distance_radii[k], half = sqrtf(fmaxf(0, r * r - offset2));
         size_t patch = patch_from_direction(vec3_scale(vec3_mad(w, half, middle), 1 / r));
-        bin_sums_add(&bins->patches, (size_t)k * PATCHES + patch, y);
+        bins->batch[(size_t)k * PATCHES + patch] += y;
     }
     struct frame frame = frame_from_normal(w);
     int x = grid_index(vec3_dot(middle, frame.s)), row = grid_index(vec3_dot(middle, frame.t));
     bin_sums_add(&bins->bundles, (patch_from_direction(w) * BUNDLE_GRID + (size_t)row) * BUNDLE_GRID + (size_t)x, y);
 }
 
+void line_bins_close_batch(struct line_bins *bins, size_t samples) {
+    for (size_t i = 0; i < (size_t)EVALUATION_DISTANCES * PATCHES; i++) {
+        bin_sums_add(&bins->patches, i, bins->batch[i]);
+        bins->batch[i] = 0;
+    }
+    bins->samples += samples;
+    bins->batches++;
+}
+
 static double bin_mean(const struct line_bins *bins, const struct bin_sums *sums, size_t bin) {
     return (double)sums->sum[bin] / (double)bins->samples;
 }
 
-// Of the bin's mean.
-static double bin_variance(const struct line_bins *bins, const struct bin_sums *sums, size_t bin) {
-    double n = (double)bins->samples, mean = bin_mean(bins, sums, bin);
-    return fmax(0, (double)sums->squares[bin] / n - mean * mean) / (n - 1);
+// Of the bin's mean, by what `count` samples or batches differ by.
+static double bin_variance(const struct line_bins *bins, const struct bin_sums *sums, size_t bin, size_t count) {
+    double n = (double)count, sum = (double)sums->sum[bin], scale = (double)bins->samples;
+    return count > 1 ? fmax(0, (double)sums->squares[bin] - sum * sum / n) * n / (n - 1) / (scale * scale) : 0;
+}
+
+static double patch_variance(const struct line_bins *bins, size_t patch) {
+    return bin_variance(bins, &bins->patches, patch, bins->batches);
+}
+
+static double bundle_variance(const struct line_bins *bins, size_t bundle) {
+    return bin_variance(bins, &bins->bundles, bundle, bins->samples);
 }
 
 void line_bins_irradiance_error(const struct line_bins *bins, const struct line_bins *reference, int distance,
@@ -75,7 +94,7 @@ void line_bins_irradiance_error(const struct line_bins *bins, const struct line_
     for (size_t i = first; i < first + PATCHES; i++) {
         double e_ref = bin_mean(reference, &reference->patches, i), e = bin_mean(bins, &bins->patches, i);
         if (e_ref <= 0.01 * total / PATCHES) continue;
-        double variance = bin_variance(reference, &reference->patches, i) + bin_variance(bins, &bins->patches, i);
+        double variance = patch_variance(reference, i) + patch_variance(bins, i);
         sum += fabs(e / e_ref - 1);
         noise_sum += sqrt(variance * 2 / (double)PI_F) / e_ref; // the mean of |x| of a normal x
         count++;
@@ -88,8 +107,7 @@ float line_bins_radiance_error(const struct line_bins *bins, const struct line_b
     double error = 0, square = 0;
     for (size_t i = 0; i < BUNDLES; i++) {
         double l = bin_mean(bins, &bins->bundles, i), l_ref = bin_mean(reference, &reference->bundles, i);
-        double variance = bin_variance(bins, &bins->bundles, i),
-               variance_ref = bin_variance(reference, &reference->bundles, i);
+        double variance = bundle_variance(bins, i), variance_ref = bundle_variance(reference, i);
         error += (l - l_ref) * (l - l_ref) - variance - variance_ref;
         square += l_ref * l_ref - variance_ref;
     }

@@ -13,21 +13,25 @@ enum {
     BUNDLES = PATCHES * BUNDLE_GRID * BUNDLE_GRID, // directions x offsets, of equal measure
 };
 
-struct bin_sums { // of one estimate: sum of the samples' values and of their squares
+struct bin_sums { // of one estimate: sum of the values and of the squares, of batches (patches) or samples (bundles)
     float *sum, *squares;
 };
 
 struct line_bins {
     vec3 center;
     float radius;
-    size_t samples; // drawn, those of value 0 included
+    size_t samples, batches; // drawn, those of value 0 included; closed
     struct bin_sums patches, bundles; // EVALUATION_DISTANCES * PATCHES; BUNDLES
+    float *batch; // the patches' sums of the running batch
 };
 
 enum status line_bins_init(struct line_bins *bins, vec3 center, float radius, struct error *error);
 void line_bins_fini(struct line_bins *bins);
 // A sample of value y (mean over the channels) on the line that leaves through `point`.
 void line_bins_add(struct line_bins *bins, vec3 point, vec3 w, float y);
+// Closes a batch of so many samples. Batches are of one size; the noise on the patches is what their sums differ by, so
+// that at least two are needed, and stratified samples are not taken for independent ones.
+void line_bins_close_batch(struct line_bins *bins, size_t samples);
 
 // Mean over the patches (those with at least 1 % of the mean irradiance) of |E / E_ref - 1|, and what noise alone
 // gives.

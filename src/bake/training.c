@@ -119,7 +119,7 @@ enum status light_training_chunk(struct light_training *training, size_t chunk, 
 void transparency_training_chunk(struct transparency *transparency, const struct lamp *lamp, size_t chunk,
                                  struct line_sample *samples, double *loss) {
     const size_t n = (size_t)CHUNK_STEPS * TRANSPARENCY_BATCH;
-    gather_transmittance(samples, lamp, STREAM_TRANSPARENCY, chunk * n, n, 1);
+    gather_transmittance(samples, lamp, STREAM_TRANSPARENCY, chunk * n, n, 1, 0);
     *loss = 0;
     for (size_t step = 0; step < CHUNK_STEPS; step++) {
         double step_loss;

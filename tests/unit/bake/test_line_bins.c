@@ -15,11 +15,11 @@ static const vec3 center = {1, 2, 3};
 static void fill(struct line_bins *bins, uint64_t seed, size_t n, float y, float below) {
     struct error error;
     assert_int_equal(line_bins_init(bins, center, 2, &error), STATUS_OK);
-    bins->samples = n;
     for (size_t i = 0; i < n; i++) {
         struct sampler sampler = sampler_make(seed, i, 0); // independent, not stratified
         vec3 w = warp_uniform_sphere(sampler_2d(&sampler));
         line_bins_add(bins, vec3_mad(w, 2, center), w, w.z < 0 ? y * below : y);
+        if ((i + 1) % (n / 10) == 0) line_bins_close_batch(bins, n / 10);
     }
 }
 
