@@ -104,6 +104,7 @@ struct sconce_bake_options {
     size_t definition_count;
     bool skip_missing; // a missing mesh is a warning
     const char *quality; // "draft", "standard" (NULL) or "high": fixed work, so that one seed gives one file
+    const char *size; // of the file: "small" (0.6 MB), "default" (NULL; 2 MB) or "large" (8 MB)
     double seconds; // > 0: as much as fits in this wall time, instead of quality
     const char *proxy; // "auto" (NULL), "sphere", "box", "cylinder", or a closed mesh's file
     bool resume; // go on from OUTPUT's checkpoint

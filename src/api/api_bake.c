@@ -33,14 +33,27 @@ static void figures_fill(struct sconce_figures *figures, const struct evaluation
     }
 }
 
-static enum status quality_parse(struct bake_options *bake, const char *name, struct error *error) {
-    static const char *const names[] = {[BAKE_DRAFT] = "draft", [BAKE_STANDARD] = "standard", [BAKE_HIGH] = "high"};
-    for (int i = 0; i <= BAKE_HIGH; i++)
-        if (!strcmp(name, names[i])) {
-            bake->quality = (enum bake_quality)i;
-            return STATUS_OK;
-        }
-    return error_set(error, STATUS_INVALID, "there is no quality '%s'; use draft, standard or high", name);
+static enum status choice_parse(int *choice, const char *const names[3], const char *what, const char *name,
+                                struct error *error) {
+    for (*choice = 0; *choice < 3; ++*choice)
+        if (!strcmp(name, names[*choice])) return STATUS_OK;
+    return error_set(error, STATUS_INVALID, "there is no %s '%s'; use %s, %s or %s", what, name, names[0], names[1],
+                     names[2]);
+}
+
+static enum status choices_parse(struct bake_options *bake, const struct sconce_bake_options *options,
+                                 struct error *error) {
+    static const char *const qualities[] = {[BAKE_DRAFT] = "draft", [BAKE_STANDARD] = "standard", [BAKE_HIGH] = "high"};
+    static const char *const sizes[] = {
+        [BAKE_SIZE_SMALL] = "small", [BAKE_SIZE_DEFAULT] = "default", [BAKE_SIZE_LARGE] = "large"};
+    int quality, size;
+    enum status status =
+        choice_parse(&quality, qualities, "quality", options->quality ? options->quality : "standard", error);
+    if (!status) status = choice_parse(&size, sizes, "size", options->size ? options->size : "default", error);
+    if (status) return status;
+    bake->quality = (enum bake_quality)quality;
+    bake->size = (enum bake_size)size;
+    return STATUS_OK;
 }
 
 static void proxy_parse(struct bake_options *bake, const char *name) {
@@ -72,7 +85,7 @@ enum sconce_status sconce_bake(const struct sconce_bake_options *options, const 
                                 .seconds = options->seconds,
                                 .resume = options->resume};
     proxy_parse(&bake, options->proxy ? options->proxy : "auto");
-    enum status status = quality_parse(&bake, options->quality ? options->quality : "standard", &inner);
+    enum status status = choices_parse(&bake, options, &inner);
     if (!status) status = bake_lamp(&bake, &api.run, &report, &inner);
     if (!status && figures) {
         figures_fill(figures, &report.evaluation);

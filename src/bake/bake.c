@@ -12,10 +12,16 @@
 
 // By quality, aims at 20 s, 2 minutes and half an hour on 2 cores.
 static const struct bake_plan plans[] = {
-    [BAKE_DRAFT] = {1000000, 0, 32, 36, 15, {500000, 1000000, 64, 512, 0, 0}},
-    [BAKE_STANDARD] = {3000000, 4, 100, 240, 16, {4000000, 4000000, 128, 1024, 0, 0}},
-    [BAKE_HIGH] = {8000000, 24, 1500, 5000, 17, {16000000, 8000000, 128, 2048, 0, 0}},
+    [BAKE_DRAFT] = {1000000, 0, 32, 36, 0, false, {500000, 1000000, 64, 512, 0, 0}},
+    [BAKE_STANDARD] = {3000000, 4, 100, 240, 0, false, {4000000, 4000000, 128, 1024, 0, 0}},
+    [BAKE_HIGH] = {8000000, 24, 1500, 5000, 0, false, {16000000, 8000000, 128, 2048, 0, 0}},
 };
+
+// Aims at 0.6, 2 and 8 MB, the tables of the transparency and of the sampling density included.
+static const struct {
+    int log2_entries;
+    bool packed;
+} sizes[] = {[BAKE_SIZE_SMALL] = {14, true}, [BAKE_SIZE_DEFAULT] = {15, false}, [BAKE_SIZE_LARGE] = {18, false}};
 
 static struct bake_plan plan_work(const struct bake_options *options) {
     struct bake_plan plan = plans[options->quality];
@@ -24,6 +30,8 @@ static struct bake_plan plan_work(const struct bake_options *options) {
         plan.light_chunks = (size_t)1 << 32; // until the clock says stop
         plan.transparency_chunks = (size_t)1 << 32;
     }
+    plan.log2_entries = sizes[options->size].log2_entries;
+    plan.packed = sizes[options->size].packed;
     return plan;
 }
 
@@ -56,8 +64,8 @@ static enum status survey_lamp(struct bake_job *job, struct error *error) {
 
 static void describe_job(const struct bake_job *job, char text[80]) {
     const struct bake_options *o = job->options;
-    snprintf(text, 80, "%016llx seed %llu quality %d seconds %g proxy %d", (unsigned long long)job->identity,
-             (unsigned long long)job->run->seed, (int)o->quality, o->seconds, (int)o->proxy);
+    snprintf(text, 80, "%016llx seed %llu quality %d size %d seconds %g proxy %d", (unsigned long long)job->identity,
+             (unsigned long long)job->run->seed, (int)o->quality, (int)o->size, o->seconds, (int)o->proxy);
 }
 
 static enum status start_training(struct bake_job *job, struct error *error) {
@@ -76,6 +84,7 @@ static enum status start_training(struct bake_job *job, struct error *error) {
         status = bake_choose(job, &job->checkpoint.recipe, error);
     }
     if (status != STATUS_OK) return status;
+    job->checkpoint.recipe.packed = job->plan.packed;
     if (resumed && job->options->seconds > 0) job->deadline_s -= job->checkpoint.seconds;
     job->start_s -= job->checkpoint.seconds;
     status = light_training_create(&job->light, &job->lamp, &job->survey, job->guide, &job->checkpoint.recipe,

@@ -34,6 +34,7 @@ enum status bake_choose(struct bake_job *job, struct light_recipe *recipe, struc
     struct light_recipe best = {.data = camera ? DATA_BOTH : DATA_PARTICLES,
                                 .encoding = ENCODING_CHOICES - 1,
                                 .log2_entries = job->plan.log2_entries,
+                                .packed = job->plan.packed,
                                 .chunks = job->plan.trial_chunks};
     if (job->plan.trial_chunks > 0) {
         double start = clock_wall_s(), best_score = (double)INFINITY, score;

@@ -10,7 +10,8 @@ struct bake_plan { // how much work each stage does
     size_t survey_particles;
     size_t trial_chunks; // of every candidate; 0: no trial
     size_t transparency_chunks, light_chunks;
-    int log2_entries;
+    int log2_entries; // of the light field's tables
+    bool packed; // tables in 4 bits a number
     struct evaluation_effort evaluation;
 };
 

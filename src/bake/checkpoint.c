@@ -51,7 +51,10 @@ enum status checkpoint_load(struct checkpoint *checkpoint, bool *found, const ch
     else {
         *checkpoint = (struct checkpoint){
             .slot = (int)slot,
-            .recipe = {(enum data_source)data, (int)encoding, (int)log2_entries, (size_t)planned},
+            .recipe = {.data = (enum data_source)data,
+                       .encoding = (int)encoding,
+                       .log2_entries = (int)log2_entries,
+                       .chunks = (size_t)planned},
             .transparency_chunks = (size_t)transparency_chunks,
             .light_chunks = (size_t)light_chunks,
             .traced = (size_t)traced,

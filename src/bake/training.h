@@ -22,6 +22,7 @@ struct light_recipe {
     enum data_source data;
     int encoding; // index in encoding_choices
     int log2_entries;
+    bool packed; // the finished tables
     size_t chunks; // planned
 };
 

@@ -9,13 +9,14 @@ struct bake_input {
     struct sconce_bake_options options;
 };
 
-enum { KEY_PROXY = 2000, KEY_RESUME };
+enum { KEY_PROXY = 2000, KEY_RESUME, KEY_SIZE };
 
 static const struct argp_option OPTIONS[] = {
     {"output", 'o', "FILE", 0, "the luminaire; default LAMP.safetensors", 1},
     {"quality", 'Q', "NAME", 0,
      "draft (some 20 s on two cores), standard (the default, under 3 minutes) or high (half an hour)", 1},
     {"seconds", 's', "S", 0, "as much as fits in this time instead", 1},
+    {"size", KEY_SIZE, "NAME", 0, "of the file: small (0.6 MB), default (2 MB) or large (8 MB)", 1},
     {"proxy", KEY_PROXY, "SHAPE", 0, "sphere, box, cylinder or a closed mesh's file (default: the tightest)", 1},
     {"resume", KEY_RESUME, 0, 0, "go on from where an interrupted bake stopped", 1},
     {0}};
@@ -37,6 +38,11 @@ static error_t parse(int key, char *argument, struct argp_state *state) {
         return 0;
     case 's':
         o->seconds = option_number(state, argument, "--seconds", 1, 1e8);
+        return 0;
+    case KEY_SIZE:
+        if (strcmp(argument, "small") && strcmp(argument, "default") && strcmp(argument, "large"))
+            argp_error(state, "--size takes small, default or large, not '%s'", argument);
+        o->size = argument;
         return 0;
     case KEY_PROXY:
         o->proxy = argument;

@@ -54,7 +54,8 @@ struct light_field_options {
     size_t shell_count; // 0..4
     bool use_grid4; // the 4D entry x exit grid
     float radiance_unit; // the mean radiance over all lines of the bounding sphere: L is learned in this unit
-    int log2_entries; // table sizes, 14..19
+    int log2_entries; // table sizes, 10..20
+    bool packed; // the finished tables take 4 bits a number instead of 8
     size_t steps; // planned optimiser steps (for the learning-rate schedule)
     uint64_t seed;
 };

@@ -38,27 +38,64 @@ size_t field_net_parameters(const struct field_net *net) { return mlp_layout(&ne
 static enum status allocate_finished(struct field_net *net, struct error *error) {
     net->mlp = calloc(field_net_parameters(net), sizeof(float));
     net->codes = calloc((size_t)net->encoding.layout.entry_count * 2 + GRID_PADDING, 1);
-    if (net->mlp && net->codes) return STATUS_OK;
+    if (net->packed) net->places = calloc(net->encoding.layout.entry_count, 1);
+    if (net->mlp && net->codes && (net->places || !net->packed)) return STATUS_OK;
     free(net->mlp);
     free(net->codes);
-    net->mlp = NULL, net->codes = NULL;
+    free(net->places);
+    net->mlp = NULL, net->codes = NULL, net->places = NULL;
     return error_set(error, STATUS_MEMORY, "out of memory for a network");
 }
 
+static size_t level_entries(const struct grid_level *level) { return (size_t)level->slice_entries * level->slices; }
+
+static void unpack(struct field_net *net) {
+    for (int k = 0; k < net->encoding.layout.level_count; k++) {
+        const struct grid_level *level = &net->encoding.layout.levels[k];
+        for (size_t i = level->offset; i < level->offset + level_entries(level); i++) {
+            net->codes[2 * i] = net->book[k][net->places[i] & 15];
+            net->codes[2 * i + 1] = net->book[k][net->places[i] >> 4];
+        }
+    }
+}
+
+static uint8_t place_in_book(const int8_t book[GRID_BOOK], int8_t code) {
+    uint8_t place = 0;
+    while (place + 1 < GRID_BOOK && book[place] != code) place++;
+    return place;
+}
+
+static void pack(struct field_net *net) {
+    grid_round_codes(&net->encoding.layout, net->codes, net->book);
+    for (int k = 0; k < net->encoding.layout.level_count; k++) {
+        const struct grid_level *level = &net->encoding.layout.levels[k];
+        for (size_t i = level->offset; i < level->offset + level_entries(level); i++)
+            net->places[i] = (uint8_t)(place_in_book(net->book[k], net->codes[2 * i]) |
+                                       place_in_book(net->book[k], net->codes[2 * i + 1]) << 4);
+    }
+}
+
 enum status field_net_restore(struct field_net *net, const float center[3], float radius,
-                              const struct encoding_options *options, const float *mlp, size_t mlp_count,
-                              const int8_t *codes, size_t code_count, const float *scale, size_t scale_count,
+                              const struct encoding_options *options, const struct field_net_numbers *numbers,
                               struct error *error) {
     enum status status = set_up(net, center, radius, options, error);
     if (status) return status;
-    if (mlp_count != field_net_parameters(net) || code_count != (size_t)net->encoding.layout.entry_count * 2 ||
-        scale_count != (size_t)net->encoding.layout.level_count)
+    const struct grid_layout *layout = &net->encoding.layout;
+    if (numbers->mlp_count != field_net_parameters(net) || numbers->entry_count != (size_t)layout->entry_count ||
+        numbers->level_count != (size_t)layout->level_count)
         return error_set(error, STATUS_INVALID, "the tables' sizes do not fit the network that the file describes");
+    net->packed = !numbers->codes;
     status = allocate_finished(net, error);
     if (status) return status;
-    memcpy(net->mlp, mlp, mlp_count * sizeof(float));
-    memcpy(net->codes, codes, code_count);
-    memcpy(net->scale, scale, scale_count * sizeof(float));
+    memcpy(net->mlp, numbers->mlp, numbers->mlp_count * sizeof(float));
+    memcpy(net->scale, numbers->scale, numbers->level_count * sizeof(float));
+    if (numbers->codes)
+        memcpy(net->codes, numbers->codes, 2 * numbers->entry_count);
+    else {
+        memcpy(net->book, numbers->book, numbers->level_count * sizeof *net->book);
+        memcpy(net->places, numbers->places, numbers->entry_count);
+        unpack(net);
+    }
     return STATUS_OK;
 }
 
@@ -68,6 +105,7 @@ enum status field_net_finish(struct field_net *net, struct error *error) {
     if (status) return status;
     memcpy(net->mlp, net->trainer->mlp, net->trainer->mlp_count * sizeof(float));
     grid_quantise(&net->encoding.layout, net->trainer->table, net->codes, net->scale);
+    if (net->packed) pack(net);
     trainer_fini(net->trainer);
     free(net->trainer);
     net->trainer = NULL;
@@ -79,6 +117,7 @@ void field_net_fini(struct field_net *net) {
     free(net->trainer);
     free(net->mlp);
     free(net->codes);
+    free(net->places);
     *net = (struct field_net){.radius = 0};
 }
 

@@ -10,7 +10,7 @@
 
 static const char format_key[] = "format", format_name[] = "sconce-luminaire", version_key[] = "format_version",
                   version[] = "1";
-enum { PROXY_NUMBERS = 16, MAX_TENSORS = 24, NET_NUMBERS = 12 };
+enum { PROXY_NUMBERS = 16, MAX_TENSORS = 26, NET_NUMBERS = 12 };
 
 // --- Writing ---
 
@@ -44,7 +44,11 @@ static void put_net(struct writer *writer, const char *prefix, const struct fiel
     if (options->anchor_count)
         put(writer, prefix, "anchors", TENSOR_F32, (size_t)options->anchor_count, 3, options->anchors);
     put(writer, prefix, "mlp", TENSOR_F32, field_net_parameters(net), 0, net->mlp);
-    put(writer, prefix, "table", TENSOR_I8, net->encoding.layout.entry_count, 2, net->codes);
+    if (net->packed) {
+        put(writer, prefix, "table4", TENSOR_U8, net->encoding.layout.entry_count, 0, net->places);
+        put(writer, prefix, "table4_book", TENSOR_I8, (size_t)net->encoding.layout.level_count, GRID_BOOK, net->book);
+    } else
+        put(writer, prefix, "table", TENSOR_I8, net->encoding.layout.entry_count, 2, net->codes);
     put(writer, prefix, "table_scale", TENSOR_F32, (size_t)net->encoding.layout.level_count, 0, net->scale);
 }
 
@@ -234,14 +238,19 @@ static enum status read_net(const struct reader *reader, const char *prefix, con
     options->use_grid4 = v[3] > 0;
     options->log2_entries = (int)v[4];
     memcpy(options->shells, v + 5, sizeof options->shells);
-    const struct tensor *anchors = NULL, *mlp = NULL, *table = NULL, *scale = NULL;
+    const struct tensor *anchors = NULL, *mlp = NULL, *table = NULL, *scale = NULL, *book = NULL;
+    char packed_name[64];
+    snprintf(packed_name, sizeof packed_name, "%stable4", prefix);
+    const bool packed = safetensors_find(reader->file, packed_name) != NULL;
     bool complete = true;
     if (options->anchor_count)
         complete = (anchors = take(reader, prefix, "anchors", TENSOR_F32, (size_t)options->anchor_count, 3)) != NULL;
     if (anchors) memcpy(options->anchors, anchors->data, (size_t)options->anchor_count * sizeof *options->anchors);
     complete = complete && (mlp = take(reader, prefix, "mlp", TENSOR_F32, SIZE_MAX, 0)) &&
-               (table = take(reader, prefix, "table", TENSOR_I8, SIZE_MAX, 2)) &&
-               (scale = take(reader, prefix, "table_scale", TENSOR_F32, SIZE_MAX, 0));
+               (table = packed ? take(reader, prefix, "table4", TENSOR_U8, SIZE_MAX, 0)
+                               : take(reader, prefix, "table", TENSOR_I8, SIZE_MAX, 2)) &&
+               (scale = take(reader, prefix, "table_scale", TENSOR_F32, SIZE_MAX, 0)) &&
+               (!packed || (book = take(reader, prefix, "table4_book", TENSOR_I8, scale->shape[0], GRID_BOOK)));
     enum status status = STATUS_INVALID;
     if (complete) {
         float *parameters = copy_tensor(reader, mlp, mlp->shape[0]),
@@ -250,8 +259,15 @@ static enum status read_net(const struct reader *reader, const char *prefix, con
         if (!parameters || !scales)
             status = STATUS_MEMORY;
         else {
-            status = field_net_restore(net, proxy->center, proxy->radius, options, parameters, mlp->shape[0],
-                                       table->data, 2 * table->shape[0], scales, scale->shape[0], &inner);
+            const struct field_net_numbers numbers = {.mlp = parameters,
+                                                      .scale = scales,
+                                                      .codes = packed ? NULL : table->data,
+                                                      .places = packed ? table->data : NULL,
+                                                      .book = packed ? book->data : NULL,
+                                                      .mlp_count = mlp->shape[0],
+                                                      .entry_count = table->shape[0],
+                                                      .level_count = scale->shape[0]};
+            status = field_net_restore(net, proxy->center, proxy->radius, options, &numbers, &inner);
             if (status) error_set(reader->error, status, "%s: %s", reader->name, inner.text);
         }
         free(parameters);

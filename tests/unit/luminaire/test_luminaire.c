@@ -150,6 +150,7 @@ static struct light_field *train_field(const struct lamp *lamp, const struct pro
                                           .use_grid4 = true,
                                           .radiance_unit = 0.5f,
                                           .log2_entries = 10,
+                                          .packed = proxy->kind == PROXY_BOX,
                                           .steps = 40,
                                           .seed = 4};
     struct light_field *field;
