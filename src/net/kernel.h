@@ -2,6 +2,7 @@
 // Every block array is [feature][NET_LANES], 64-byte aligned. Hot calls: no checks.
 #pragma once
 
+#include "net/gemm.h"
 #include "net/grid.h"
 #include "net/mlp.h"
 
@@ -23,6 +24,8 @@ struct kernel {
                      const float *h1, const float *h2, const float *d_z, int d_inputs, float *d_x, float *d_h,
                      float *d_parameters);
     void (*exponential)(float *values, size_t count); // in place; count a multiple of NET_LANES; |value| < 80
+    int gemm_tile; // of gemm_pack
+    void (*gemm)(const struct gemm *gemm);
 };
 
 extern const struct kernel kernel_avx2; // or whatever the build's own target is

@@ -15,6 +15,8 @@ enum { PARTS = NET_LANES / VECTOR_LANES };
 
 static inline vfloat splat(float v) { return v - (vfloat){0}; }
 
+#include "net/gemm_body.h"
+
 // --- Grids ---
 
 static inline vint pick(vint mask, vint a, vint b) { return (a & mask) | (b & ~mask); }
@@ -292,4 +294,4 @@ static void kernel_exponential(float *values, size_t count) {
 }
 
 const struct kernel KERNEL = {KERNEL_NAME,    kernel_index,    kernel_gather_float, kernel_gather_code,
-                              kernel_forward, kernel_backward, kernel_exponential};
+                              kernel_forward, kernel_backward, kernel_exponential, GEMM_TILE, kernel_gemm};
