@@ -100,6 +100,11 @@ enum status luminaire_assemble(struct luminaire **luminaire, const struct proxy 
                                struct transparency *transparency, struct sampling_density *density, const float flux[3],
                                const char *const *keys, const char *const *values, size_t metadata_count,
                                struct error *error);
+// The same for the published networks (luminaire/paper.h).
+struct paper;
+enum status luminaire_assemble_paper(struct luminaire **luminaire, const struct proxy *proxy, struct paper *paper,
+                                     const float flux[3], const char *const *keys, const char *const *values,
+                                     size_t metadata_count, struct error *error);
 
 // Training state, for --resume: everything that a later step depends on.
 enum status light_field_save_state(const struct light_field *field, const char *path, struct error *error);

@@ -49,9 +49,31 @@ enum status luminaire_assemble(struct luminaire **luminaire, const struct proxy 
     return STATUS_OK;
 }
 
+enum status luminaire_assemble_paper(struct luminaire **luminaire, const struct proxy *proxy, struct paper *paper,
+                                     const float flux[3], const char *const *keys, const char *const *values,
+                                     size_t metadata_count, struct error *error) {
+    struct luminaire *l = *luminaire = calloc(1, sizeof *l);
+    if (!l) {
+        paper_destroy(paper);
+        return error_set(error, STATUS_MEMORY, "out of memory for a luminaire");
+    }
+    l->paper = paper;
+    memcpy(l->flux, flux, sizeof l->flux);
+    enum status status = proxy_shape_init(&l->shape, proxy, error);
+    if (!status) status = luminaire_set_metadata(l, keys, values, metadata_count, error);
+    if (status) {
+        luminaire_destroy(l);
+        *luminaire = NULL;
+        return status;
+    }
+    l->bytes = luminaire_measure(l);
+    return STATUS_OK;
+}
+
 void luminaire_destroy(struct luminaire *luminaire) {
     if (!luminaire) return;
     proxy_shape_fini(&luminaire->shape);
+    paper_destroy(luminaire->paper);
     light_field_destroy(luminaire->light);
     transparency_destroy(luminaire->transparency);
     sampling_density_destroy(luminaire->density);
@@ -86,14 +108,20 @@ static void mask_misses(const struct luminaire *luminaire, size_t n, const float
 
 void luminaire_eval(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
                     float (*radiance)[3]) {
-    light_field_eval(luminaire->light, n, point, w, radiance);
+    if (luminaire->paper)
+        paper_eval(luminaire->paper, n, point, w, radiance);
+    else
+        light_field_eval(luminaire->light, n, point, w, radiance);
     mask_misses(luminaire, n, point, w, 0, radiance);
 }
 
 void luminaire_transmittance(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
                              float (*transmittance)[3]) {
-    if (luminaire->transparency) {
-        transparency_eval(luminaire->transparency, n, point, w, transmittance);
+    if (luminaire->paper || luminaire->transparency) {
+        if (luminaire->paper)
+            paper_transmittance(luminaire->paper, n, point, w, transmittance);
+        else
+            transparency_eval(luminaire->transparency, n, point, w, transmittance);
         mask_misses(luminaire, n, point, w, 1, transmittance);
         return;
     }
@@ -106,6 +134,10 @@ void luminaire_transmittance(const struct luminaire *luminaire, size_t n, const 
 
 void luminaire_sample(const struct luminaire *luminaire, size_t n, const float (*s)[3], const float (*u)[3],
                       float (*direction)[3], float *pdf_sa) {
+    if (luminaire->paper) {
+        paper_sample(luminaire->paper, n, s, u, direction, pdf_sa);
+        return;
+    }
     for (size_t i = 0; i < n; i++) {
         vec3 d;
         sampling_sample(luminaire->density, vec3_make(s[i][0], s[i][1], s[i][2]), vec3_make(u[i][0], u[i][1], u[i][2]),
@@ -116,6 +148,10 @@ void luminaire_sample(const struct luminaire *luminaire, size_t n, const float (
 
 void luminaire_pdf(const struct luminaire *luminaire, size_t n, const float (*s)[3], const float (*direction)[3],
                    float *pdf_sa) {
+    if (luminaire->paper) {
+        paper_pdf(luminaire->paper, n, s, direction, pdf_sa);
+        return;
+    }
     for (size_t i = 0; i < n; i++)
         pdf_sa[i] = sampling_pdf(luminaire->density, vec3_make(s[i][0], s[i][1], s[i][2]),
                                  vec3_make(direction[i][0], direction[i][1], direction[i][2]));

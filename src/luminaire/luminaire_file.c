@@ -7,6 +7,7 @@
 #include "base/file.h"
 #include "format/safetensors.h"
 #include "luminaire/luminaire_private.h"
+#include "luminaire/paper_file.h"
 
 static const char format_key[] = "format", format_name[] = "sconce-luminaire", version_key[] = "format_version",
                   version[] = "1";
@@ -65,6 +66,12 @@ static void describe(struct writer *writer, const struct luminaire *luminaire) {
         put(writer, "proxy.", "indices", TENSOR_U32, proxy->triangle_count, 3, proxy->indices);
     }
     put(writer, "flux", "", TENSOR_F32, 3, 0, luminaire->flux);
+    writer->file.tensors = writer->tensors;
+    if (luminaire->paper) {
+        paper_describe(luminaire->paper, writer->tensors + writer->file.tensor_count);
+        writer->file.tensor_count += PAPER_NETS;
+        return;
+    }
     writer->light_numbers[0] = luminaire->light->radiance_unit;
     memcpy(writer->light_numbers + 1, luminaire->light->scale, sizeof luminaire->light->scale);
     put(writer, "light.", "unit", TENSOR_F32, 4, 0, writer->light_numbers);
@@ -84,7 +91,6 @@ static void describe(struct writer *writer, const struct luminaire *luminaire) {
         put(writer, "sampling.", "anchors", TENSOR_F32, anchors, 3, density->anchors);
         put(writer, "sampling.", "intensity", TENSOR_F32, anchors, INTENSITY_CELLS, density->intensity);
     }
-    writer->file.tensors = writer->tensors;
 }
 
 size_t luminaire_measure(const struct luminaire *luminaire) {
@@ -328,27 +334,37 @@ static enum status read_density(const struct reader *reader, const struct proxy 
     return STATUS_OK;
 }
 
-static enum status read_all(const struct reader *reader, struct luminaire *l) {
-    enum status status = read_proxy(reader, &l->shape);
-    if (status) return status;
+static enum status read_compact(const struct reader *reader, struct luminaire *l) {
     const struct proxy *proxy = &l->shape.proxy;
     float unit[4];
-    if (!take_floats(reader, "flux", "", 3, l->flux) || !take_floats(reader, "light.", "unit", 4, unit))
-        return STATUS_INVALID;
+    if (!take_floats(reader, "light.", "unit", 4, unit)) return STATUS_INVALID;
     for (int c = 0; c < 3; c++)
-        if (!(l->flux[c] >= 0) || !(unit[1 + c] >= 0)) return fail(reader, "the flux is negative");
+        if (!(unit[1 + c] >= 0)) return fail(reader, "the light's scale is negative");
     if (!(unit[0] > 0)) return fail(reader, "the radiance unit is not positive");
     l->light = calloc(1, sizeof *l->light);
     if (!l->light) return error_set(reader->error, STATUS_MEMORY, "%s: out of memory", reader->name);
     l->light->radiance_unit = unit[0];
     memcpy(l->light->scale, unit + 1, sizeof l->light->scale);
-    if ((status = read_net(reader, "light.", proxy, &l->light->net))) return status;
-    if (safetensors_find(reader->file, "transparency.encoding")) {
+    enum status status = read_net(reader, "light.", proxy, &l->light->net);
+    if (!status && safetensors_find(reader->file, "transparency.encoding")) {
         l->transparency = calloc(1, sizeof *l->transparency);
         if (!l->transparency) return error_set(reader->error, STATUS_MEMORY, "%s: out of memory", reader->name);
-        if ((status = read_net(reader, "transparency.", proxy, &l->transparency->net))) return status;
+        status = read_net(reader, "transparency.", proxy, &l->transparency->net);
     }
-    if ((status = read_density(reader, proxy, &l->density))) return status;
+    return status ? status : read_density(reader, proxy, &l->density);
+}
+
+static enum status read_all(const struct reader *reader, struct luminaire *l) {
+    enum status status = read_proxy(reader, &l->shape);
+    if (status) return status;
+    if (!take_floats(reader, "flux", "", 3, l->flux)) return STATUS_INVALID;
+    for (int c = 0; c < 3; c++)
+        if (!(l->flux[c] >= 0)) return fail(reader, "the flux is negative");
+    if (paper_present(reader->file))
+        status = paper_read(reader->file, reader->name, &l->shape.proxy, &l->paper, reader->error);
+    else
+        status = read_compact(reader, l);
+    if (status) return status;
     return luminaire_set_metadata(l, reader->file->metadata_keys, reader->file->metadata_values,
                                   reader->file->metadata_count, reader->error);
 }

@@ -2,11 +2,13 @@
 #pragma once
 
 #include "luminaire/light_field.h"
+#include "luminaire/paper.h"
 #include "luminaire/proxy.h"
 #include "luminaire/sampling.h"
 
 struct luminaire {
     struct proxy_shape shape;
+    struct paper *paper; // the published networks, which then stand in place of the next three; or NULL
     struct light_field *light;
     struct transparency *transparency; // NULL: T = 0
     struct sampling_density *density;
