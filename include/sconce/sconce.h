@@ -103,11 +103,12 @@ struct sconce_bake_options {
     const struct sconce_definition *definitions;
     size_t definition_count;
     bool skip_missing; // a missing mesh is a warning
+    const char *preset; // "compact" (NULL), or "paper": the published networks of Zhu et al. 2021, for comparison
     const char *quality; // "draft", "standard" (NULL) or "high": fixed work, so that one seed gives one file
     const char *size; // of the file: "small" (0.6 MB), "default" (NULL; 2 MB) or "large" (8 MB)
     double seconds; // > 0: as much as fits in this wall time, instead of quality
     const char *proxy; // "auto" (NULL), "sphere", "box", "cylinder", or a closed mesh's file
-    bool resume; // go on from OUTPUT's checkpoint
+    bool resume; // go on from OUTPUT's checkpoint; preset "paper" has none
 };
 
 struct sconce_figures { // what was measured on held-out lines, beside the black image's score (1 = nothing learned)

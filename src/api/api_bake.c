@@ -56,6 +56,13 @@ static enum status choices_parse(struct bake_options *bake, const struct sconce_
     return STATUS_OK;
 }
 
+static enum status preset_parse(struct bake_options *bake, const char *name, struct error *error) {
+    if (strcmp(name, "compact") && strcmp(name, "paper"))
+        return error_set(error, STATUS_INVALID, "there is no preset '%s'; use compact or paper", name);
+    bake->preset = strcmp(name, "paper") ? BAKE_COMPACT : BAKE_PAPER;
+    return STATUS_OK;
+}
+
 static void proxy_parse(struct bake_options *bake, const char *name) {
     if (!strcmp(name, "auto"))
         bake->proxy = BAKE_PROXY_AUTO;
@@ -86,6 +93,7 @@ enum sconce_status sconce_bake(const struct sconce_bake_options *options, const 
                                 .resume = options->resume};
     proxy_parse(&bake, options->proxy ? options->proxy : "auto");
     enum status status = choices_parse(&bake, options, &inner);
+    if (!status) status = preset_parse(&bake, options->preset ? options->preset : "compact", &inner);
     if (!status) status = bake_lamp(&bake, &api.run, &report, &inner);
     if (!status && figures) {
         figures_fill(figures, &report.evaluation);

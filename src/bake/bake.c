@@ -9,6 +9,7 @@
 #include "bake/lamp_check.h"
 #include "bake/lamp_identity.h"
 #include "bake/lamp_proxy.h"
+#include "luminaire/paper.h"
 
 // By quality, aims at 20 s, 2 minutes and half an hour on 2 cores.
 static const struct bake_plan plans[] = {
@@ -112,8 +113,12 @@ static enum status bake_scene(struct bake_job *job, struct bake_report *report, 
     if (status == STATUS_OK) status = survey_lamp(job, error);
     if (status == STATUS_OK && run_cancelled(job->run))
         return error_set(error, STATUS_CANCELLED, "cancelled before anything was learned");
-    if (status == STATUS_OK) status = start_training(job, error);
-    if (status == STATUS_OK) status = bake_train(job, error);
+    if (job->options->preset == BAKE_PAPER) {
+        if (status == STATUS_OK) status = bake_train_paper(job, error);
+    } else {
+        if (status == STATUS_OK) status = start_training(job, error);
+        if (status == STATUS_OK) status = bake_train(job, error);
+    }
     if (status == STATUS_OK) status = bake_finish(job, report, error);
     if (status == STATUS_OK) checkpoint_remove(job->folder);
     return status;
@@ -143,11 +148,16 @@ enum status bake_lamp_plan(const struct bake_options *options, const struct bake
                                           .skip_missing = options->skip_missing,
                                           .lamp_only = true,
                                           .threads = run->threads};
+    if (status == STATUS_OK && options->preset == BAKE_PAPER && (options->resume || options->size != BAKE_SIZE_DEFAULT))
+        status = error_set(error, STATUS_UNSUPPORTED,
+                           "the preset 'paper' has one size and writes no checkpoints to resume from; bake without "
+                           "these options, or with the preset 'compact'");
     if (status == STATUS_OK) status = scene_load(&job->scene, options->lamp_path, &scene_options, run, error);
     if (status == STATUS_OK) {
         status = bake_scene(job, report, error);
         light_training_destroy(&job->light);
         transparency_destroy(job->transparency);
+        paper_destroy(job->paper);
         held_out_destroy(&job->held_out);
         line_guide_destroy(job->guide);
         survey_fini(&job->survey);

@@ -8,6 +8,8 @@
 
 enum bake_quality { BAKE_DRAFT, BAKE_STANDARD, BAKE_HIGH }; // fixed work: the same seed gives the same file
 enum bake_size { BAKE_SIZE_SMALL, BAKE_SIZE_DEFAULT, BAKE_SIZE_LARGE }; // of the file
+// BAKE_PAPER: the published networks, for comparison (luminaire/paper.h); no other size, no resume.
+enum bake_preset { BAKE_COMPACT, BAKE_PAPER };
 enum bake_proxy { BAKE_PROXY_AUTO, BAKE_PROXY_SPHERE, BAKE_PROXY_BOX, BAKE_PROXY_CYLINDER, BAKE_PROXY_MESH };
 
 struct bake_options {
@@ -15,6 +17,7 @@ struct bake_options {
     const struct definition *definitions;
     size_t definition_count;
     bool skip_missing; // a missing mesh is a warning
+    enum bake_preset preset;
     enum bake_quality quality;
     enum bake_size size;
     double seconds; // > 0: as much work as fits in this wall time, instead of `quality`

@@ -22,15 +22,14 @@ static enum status try_recipe(struct bake_job *job, const struct light_recipe *r
     return status;
 }
 
-// A point light is never hit by a camera ray.
-static bool camera_sees_all(const struct scene *scene) {
+bool bake_camera_sees_all(const struct scene *scene) {
     for (size_t i = 0; i < scene->emitter_count; i++)
         if (scene->emitters[i]->flags & (EMITTER_DELTA_POSITION | EMITTER_DELTA_DIRECTION)) return false;
     return true;
 }
 
 enum status bake_choose(struct bake_job *job, struct light_recipe *recipe, struct error *error) {
-    const bool camera = camera_sees_all(&job->scene), clear = job->survey.clear_share > clear_limit;
+    const bool camera = bake_camera_sees_all(&job->scene), clear = job->survey.clear_share > clear_limit;
     struct light_recipe best = {.data = camera ? DATA_BOTH : DATA_PARTICLES,
                                 .encoding = ENCODING_CHOICES - 1,
                                 .log2_entries = job->plan.log2_entries,

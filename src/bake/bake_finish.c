@@ -80,6 +80,7 @@ static void describe_bake(struct metadata *m, const struct bake_job *job, const 
         metadata_add(m, "bake.quality", "%g seconds", job->options->seconds);
     else
         metadata_add(m, "bake.quality", "%s", quality_names[job->options->quality]);
+    if (job->paper) metadata_add(m, "bake.preset", "paper");
     metadata_add(m, "bake.proxy", "%s", report->proxy);
     metadata_add(m, "bake.encoding", "%s", report->encoding);
     metadata_add(m, "bake.data", "%s", report->data);
@@ -115,8 +116,8 @@ static enum status add_measurements(const char *path, const struct evaluation *e
     return status;
 }
 
-static enum status assemble(struct bake_job *job, const struct bake_report *report, struct luminaire **luminaire,
-                            struct error *error) {
+static enum status assemble_compact(struct bake_job *job, const struct metadata *metadata, const float flux[3],
+                                    struct luminaire **luminaire, struct error *error) {
     float anchors[SURVEY_CLUSTERS][3];
     for (size_t i = 0; i < job->survey.cluster_count; i++)
         memcpy(anchors[i], &job->survey.clusters[i].center, sizeof anchors[i]);
@@ -125,19 +126,30 @@ static enum status assemble(struct bake_job *job, const struct bake_report *repo
                                                 job->survey.cluster_count, job->survey.exits.exits,
                                                 job->survey.exits.count, job->lamp.seed, job->run->threads, error);
     if (status != STATUS_OK) return status;
-    struct metadata *metadata = calloc(1, sizeof *metadata);
-    if (!metadata) {
-        sampling_density_destroy(density);
-        return error_set(error, STATUS_MEMORY, "out of memory for the metadata");
-    }
-    describe_bake(metadata, job, report);
-    float flux[3] = {(float)job->survey.flux[0], (float)job->survey.flux[1], (float)job->survey.flux[2]};
     struct light_field *field = job->light.field;
     struct transparency *transparency = job->transparency;
     job->light.field = NULL; // the luminaire owns them now
     job->transparency = NULL;
-    status = luminaire_assemble(luminaire, &job->lamp.proxy, field, transparency, density, flux, metadata->keys,
-                                metadata->values, metadata->count, error);
+    return luminaire_assemble(luminaire, &job->lamp.proxy, field, transparency, density, flux, metadata->keys,
+                              metadata->values, metadata->count, error);
+}
+
+static enum status assemble_paper(struct bake_job *job, const struct metadata *metadata, const float flux[3],
+                                  struct luminaire **luminaire, struct error *error) {
+    struct paper *paper = job->paper;
+    job->paper = NULL; // the luminaire owns it now
+    return luminaire_assemble_paper(luminaire, &job->lamp.proxy, paper, flux, metadata->keys, metadata->values,
+                                    metadata->count, error);
+}
+
+static enum status assemble(struct bake_job *job, const struct bake_report *report, struct luminaire **luminaire,
+                            struct error *error) {
+    struct metadata *metadata = calloc(1, sizeof *metadata);
+    if (!metadata) return error_set(error, STATUS_MEMORY, "out of memory for the metadata");
+    describe_bake(metadata, job, report);
+    const float flux[3] = {(float)job->survey.flux[0], (float)job->survey.flux[1], (float)job->survey.flux[2]};
+    enum status status = job->paper ? assemble_paper(job, metadata, flux, luminaire, error)
+                                    : assemble_compact(job, metadata, flux, luminaire, error);
     free(metadata);
     return status;
 }
@@ -147,7 +159,7 @@ enum status bake_finish(struct bake_job *job, struct bake_report *report, struct
     run_progress(job->run, "finishing", 0, 0, NULL);
     *report = (struct bake_report){
         .proxy = proxy_kind_name(job->lamp.proxy.kind),
-        .encoding = encoding_choices[job->light.recipe.encoding].name,
+        .encoding = job->paper ? "frequencies" : encoding_choices[job->light.recipe.encoding].name,
         .data = data_source_names[job->light.recipe.data],
         .anchor_count = job->survey.cluster_count,
         .clear_share = job->survey.clear_share,
@@ -155,7 +167,7 @@ enum status bake_finish(struct bake_job *job, struct bake_report *report, struct
         .traced = job->light.traced + job->survey.exits.emitted,
     };
     struct luminaire *luminaire = NULL;
-    enum status status = scale_light(job, error);
+    enum status status = job->paper ? STATUS_OK : scale_light(job, error); // the published networks are not scaled
     run_progress(job->run, "finishing", 0.4, clock_wall_s() - start, NULL);
     if (status == STATUS_OK) status = assemble(job, report, &luminaire, error);
     run_progress(job->run, "finishing", 0.8, clock_wall_s() - start, NULL);

@@ -32,6 +32,7 @@ struct bake_job {
     char folder[4096]; // of the checkpoint
     struct light_training light;
     struct transparency *transparency;
+    struct paper *paper; // preset paper: in place of the two above; else NULL
     uint64_t identity; // of the lamp
 };
 
@@ -39,9 +40,14 @@ struct bake_job {
 enum status bake_lamp_plan(const struct bake_options *options, const struct bake_plan *plan, const struct run *run,
                            struct bake_report *report, struct error *error);
 
+// A point light is never hit by a camera line.
+bool bake_camera_sees_all(const struct scene *scene);
 // Chooses data source and encoding by short trainings of candidates, scored on held-out light.
 enum status bake_choose(struct bake_job *job, struct light_recipe *recipe, struct error *error);
 // Trains both networks, writes checkpoints, stops at the deadline. STATUS_CANCELLED after a last checkpoint.
 enum status bake_train(struct bake_job *job, struct error *error);
+// Preset paper: the same for the three published networks. Lowers the evaluation's effort to what they are fast enough
+// for.
+enum status bake_train_paper(struct bake_job *job, struct error *error);
 // Scale, sampling density, assembly, evaluation, file. Consumes the networks.
 enum status bake_finish(struct bake_job *job, struct bake_report *report, struct error *error);

@@ -9,7 +9,7 @@ struct bake_input {
     struct sconce_bake_options options;
 };
 
-enum { KEY_PROXY = 2000, KEY_RESUME, KEY_SIZE };
+enum { KEY_PROXY = 2000, KEY_RESUME, KEY_SIZE, KEY_PRESET };
 
 static const struct argp_option OPTIONS[] = {
     {"output", 'o', "FILE", 0, "the luminaire; default LAMP.safetensors", 1},
@@ -17,6 +17,8 @@ static const struct argp_option OPTIONS[] = {
      "draft (some 20 s on two cores), standard (the default, under 3 minutes) or high (half an hour)", 1},
     {"seconds", 's', "S", 0, "as much as fits in this time instead", 1},
     {"size", KEY_SIZE, "NAME", 0, "of the file: small (0.6 MB), default (2 MB) or large (8 MB)", 1},
+    {"preset", KEY_PRESET, "NAME", 0,
+     "compact (the default) or paper: the published networks, 17 MB, for comparison; they want days", 1},
     {"proxy", KEY_PROXY, "SHAPE", 0, "sphere, box, cylinder or a closed mesh's file (default: the tightest)", 1},
     {"resume", KEY_RESUME, 0, 0, "go on from where an interrupted bake stopped", 1},
     {0}};
@@ -44,6 +46,11 @@ static error_t parse(int key, char *argument, struct argp_state *state) {
             argp_error(state, "--size takes small, default or large, not '%s'", argument);
         o->size = argument;
         return 0;
+    case KEY_PRESET:
+        if (strcmp(argument, "compact") && strcmp(argument, "paper"))
+            argp_error(state, "--preset takes compact or paper, not '%s'", argument);
+        o->preset = argument;
+        return 0;
     case KEY_PROXY:
         o->proxy = argument;
         return 0;
@@ -58,6 +65,8 @@ static error_t parse(int key, char *argument, struct argp_state *state) {
         return 0;
     case ARGP_KEY_END:
         if (o->quality && o->seconds > 0) argp_error(state, "--quality and --seconds exclude each other");
+        if (o->preset && !strcmp(o->preset, "paper") && (o->resume || o->size))
+            argp_error(state, "--preset paper has one size and writes no checkpoints: no --size, no --resume");
         return 0;
     default:
         return ARGP_ERR_UNKNOWN;

@@ -133,6 +133,18 @@ class Bake(unittest.TestCase):
             self.assertLess(abs(error), 0.01)
         self.assertEqual([p.name for p in self.path.iterdir() if "checkpoint" in p.name], [])
 
+    def test_the_published_networks(self):
+        figures = json.loads(self.sconce("bake", "lamp.xml", "-o", "paper.safetensors", "--preset", "paper", "--seconds", 8, "--json").stdout)
+        self.assertEqual(figures["bytes"], os.path.getsize(self.path / "paper.safetensors"))
+        self.assertLess(abs(figures["bytes"] / 17.06e6 - 1), 0.01)
+        self.assertLess(figures["flux"][0] / self.figures["flux"][0] - 1, 0.01)
+        for error in figures["flux_error"]:  # it learns something, and does not pretend to be done
+            self.assertTrue(-1 < error < 1)
+        self.assertEqual(json.loads(self.sconce("info", "paper.safetensors").stdout)["metadata"]["bake.preset"], "paper")
+        self.sconce("render", "room.xml", "-Dlamp=paper.safetensors", "-i", "path", "-o", "paper.exr", "-q", "--spp", 2, "--size", "32x32")
+        for options, code in ((["--resume"], 2), (["--size", "small"], 2), (["--preset", "cinema"], 2)):
+            self.sconce("bake", "lamp.xml", "-o", "none.safetensors", "--preset", "paper", *options, code=code)
+
     def test_the_installed_library_in_c_and_cpp(self):
         source = pathlib.Path(__file__).resolve().parent.parent / "api" / "irradiance.c"
         build = os.environ.get("BUILD_DIR", os.path.dirname(SCONCE))
