@@ -45,12 +45,21 @@ void mesh_vertex_normal(struct mesh_writer *mesh, struct point p, struct point n
         fprintf(mesh->file, "vn %.5f %.5f %.5f\n", n.x, n.y, n.z);
 }
 
+void mesh_vertex_normal_uv(struct mesh_writer *mesh, struct point p, struct point n, double u, double v) {
+    mesh->uvs = true;
+    mesh_vertex_normal(mesh, p, n);
+    fprintf(mesh->file, "vt %.5f %.5f\n", u, 1 - v); // readers of OBJ turn v round
+}
+
 void mesh_triangle(struct mesh_writer *mesh, int a, int b, int c) {
     mesh->triangles++;
     if (mesh->ply) {
         const int32_t indices[3] = {a, b, c};
         append(mesh, &mesh->triangle_bytes, &(uint8_t){3}, 1);
         append(mesh, &mesh->triangle_bytes, indices, sizeof indices);
+    } else if (mesh->uvs) {
+        fprintf(mesh->file, "f %d/%d/%d %d/%d/%d %d/%d/%d\n", a + 1, a + 1, a + 1, b + 1, b + 1, b + 1, c + 1, c + 1,
+                c + 1);
     } else if (mesh->normals) {
         fprintf(mesh->file, "f %d//%d %d//%d %d//%d\n", a + 1, a + 1, b + 1, b + 1, c + 1, c + 1);
     } else {

@@ -16,6 +16,8 @@ static int write_file(const char *folder, const struct model_file *description) 
     bool failed = false;
     if (description->text) {
         description->text(file);
+    } else if (description->texture) {
+        failed = !texture_write(file, description->texture);
     } else {
         struct mesh_writer mesh;
         mesh_writer_init(&mesh, file, description->name);

@@ -5,11 +5,13 @@
 #include <stdio.h>
 
 #include "mesh_writer.h"
+#include "texture_writer.h"
 
 struct model_file {
     const char *name;
-    void (*text)(FILE *file); // one of the two
+    void (*text)(FILE *file); // one of the three
     void (*mesh)(struct mesh_writer *mesh);
+    struct color (*texture)(double u, double v); // a PNG; u and v in [0, 1], its first row at v = 0
 };
 
 struct model {

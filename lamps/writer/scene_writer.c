@@ -35,6 +35,19 @@ void scene_dielectric(FILE *file, const char *id, double int_ior, double ext_ior
             id, int_ior, ext_ior);
 }
 
+void scene_rough_glass(FILE *file, const char *id, double alpha, const char *tint) {
+    fprintf(file,
+            "    <bsdf type=\"roughdielectric\" id=\"%s\">\n"
+            "        <string name=\"distribution\" value=\"ggx\"/>\n"
+            "        <float name=\"alpha\" value=\"%g\"/>\n"
+            "        <float name=\"int_ior\" value=\"1.5\"/>\n"
+            "        <float name=\"ext_ior\" value=\"1.0\"/>\n"
+            "        <rgb name=\"specular_reflectance\" value=\"%s\"/>\n"
+            "        <rgb name=\"specular_transmittance\" value=\"%s\"/>\n"
+            "    </bsdf>\n",
+            id, alpha, tint, tint);
+}
+
 void scene_metal(FILE *file, const char *id, double alpha, const char *eta, const char *k) {
     fprintf(file,
             "    <bsdf type=\"roughconductor\" id=\"%s\">\n"

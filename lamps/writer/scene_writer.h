@@ -11,6 +11,8 @@ void scene_begin(FILE *file, const char *comment, struct point camera, struct po
 void scene_end(FILE *file);
 
 void scene_dielectric(FILE *file, const char *id, double int_ior, double ext_ior);
+// GGX of IOR 1.5; the tint (r, g, b) is of what is refracted and of what is reflected
+void scene_rough_glass(FILE *file, const char *id, double alpha, const char *tint);
 void scene_metal(FILE *file, const char *id, double alpha, const char *eta, const char *k); // "r, g, b" each
 void scene_brass(FILE *file, const char *id, double alpha);
 

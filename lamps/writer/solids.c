@@ -49,6 +49,41 @@ void solid_lathe(struct mesh_writer *mesh, struct point base, const double (*pro
     solid_grid(mesh, first, n, LATHE_SIDES, false);
 }
 
+// The normal (radius, y) of the profile's segment i, which an end of segment `other` shares unless there is an edge.
+static void add_normal(const double (*profile)[2], int i, int other, int n, double normal[2]) {
+    double sum[2] = {0, 0}, own[2] = {0, 0};
+    for (int k = 0; k < 2; k++) {
+        int segment = k ? other : i;
+        if (segment < 0 || segment + 1 >= n) continue;
+        double dr = profile[segment + 1][0] - profile[segment][0], dy = profile[segment + 1][1] - profile[segment][1];
+        double length = hypot(dr, dy), at[2] = {-dy / length, dr / length};
+        if (k == 0) own[0] = at[0], own[1] = at[1];
+        if (at[0] * own[0] + at[1] * own[1] > cos(40 * pi / 180)) sum[0] += at[0], sum[1] += at[1];
+    }
+    normal[0] = sum[0] / hypot(sum[0], sum[1]);
+    normal[1] = sum[1] / hypot(sum[0], sum[1]);
+}
+
+void solid_turned(struct mesh_writer *mesh, struct point base, const double (*profile)[2], int n, int sides) {
+    for (int i = 0; i + 1 < n; i++) {
+        int first = mesh->vertices;
+        for (int end = 0; end < 2; end++) {
+            double normal[2];
+            add_normal(profile, i, end ? i + 1 : i - 1, n, normal);
+            for (int j = 0; j < sides; j++) {
+                double angle = 2 * pi * j / sides;
+                mesh_vertex_normal(mesh, point_add(base, point_around(profile[i + end][0], profile[i + end][1], angle)),
+                                   point_around(normal[0], normal[1], angle));
+            }
+        }
+        for (int j = 0; j < sides; j++) {
+            int a = first + j, b = first + (j + 1) % sides;
+            if (profile[i][0] > 0) mesh_triangle(mesh, a, b, b + sides);
+            if (profile[i + 1][0] > 0) mesh_triangle(mesh, a, b + sides, a + sides);
+        }
+    }
+}
+
 void solid_gem(struct mesh_writer *mesh, struct point origin, struct point axis, double turn, int sides,
                const double (*profile)[2], int n) {
     struct point helper = fabs(axis.z) < 0.9 ? (struct point){0, 0, 1} : (struct point){1, 0, 0};
