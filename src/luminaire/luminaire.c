@@ -134,27 +134,18 @@ void luminaire_transmittance(const struct luminaire *luminaire, size_t n, const 
 
 void luminaire_sample(const struct luminaire *luminaire, size_t n, const float (*s)[3], const float (*u)[3],
                       float (*direction)[3], float *pdf_sa) {
-    if (luminaire->paper) {
+    if (luminaire->paper)
         paper_sample(luminaire->paper, n, s, u, direction, pdf_sa);
-        return;
-    }
-    for (size_t i = 0; i < n; i++) {
-        vec3 d;
-        sampling_sample(luminaire->density, vec3_make(s[i][0], s[i][1], s[i][2]), vec3_make(u[i][0], u[i][1], u[i][2]),
-                        &d, &pdf_sa[i]);
-        direction[i][0] = d.x, direction[i][1] = d.y, direction[i][2] = d.z;
-    }
+    else
+        sampling_sample_batch(luminaire->density, n, s, u, direction, pdf_sa);
 }
 
 void luminaire_pdf(const struct luminaire *luminaire, size_t n, const float (*s)[3], const float (*direction)[3],
                    float *pdf_sa) {
-    if (luminaire->paper) {
+    if (luminaire->paper)
         paper_pdf(luminaire->paper, n, s, direction, pdf_sa);
-        return;
-    }
-    for (size_t i = 0; i < n; i++)
-        pdf_sa[i] = sampling_pdf(luminaire->density, vec3_make(s[i][0], s[i][1], s[i][2]),
-                                 vec3_make(direction[i][0], direction[i][1], direction[i][2]));
+    else
+        sampling_pdf_batch(luminaire->density, n, s, direction, pdf_sa);
 }
 
 void luminaire_flux(const struct luminaire *luminaire, float flux[3]) {

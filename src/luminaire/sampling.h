@@ -24,6 +24,11 @@ enum {
     SAMPLING_MAX_DIRECTIONS = 64,
 };
 
+#define SAMPLING_UNIFORM_SHARE 0.05f
+#define SAMPLING_OUTSIDE2 1.0001f // from this distance^2 on, in radii, a point is outside
+#define SAMPLING_BIN_1 1.4f // where the distance bins begin, in radii; the first at the sphere
+#define SAMPLING_BIN_2 2.5f
+
 struct sampling_density {
     vec3 center;
     float radius;
@@ -32,6 +37,7 @@ struct sampling_density {
     uint8_t *residual_share; // [cell] share of the map against the anchors, of 255
     uint16_t *prefix; // [cell][MAP_SIDE][MAP_SIDE + 1] and [cell][MAP_SIDE + 1] of the rows: derived from codes
     uint16_t *rows;
+    float (*sides)[3]; // [direction cell] the image's x axis before it is turned towards the centre: derived
     int anchor_count;
     float (*anchors)[3];
     float *intensity; // [anchor][INTENSITY_CELLS] mean radiant intensity towards the octahedral cells
@@ -57,3 +63,8 @@ vec3 sampling_direction_from_image(const struct sampling_view *view, vec2 p);
 
 void sampling_sample(const struct sampling_density *density, vec3 s, vec3 u, vec3 *direction, float *pdf_sa);
 float sampling_pdf(const struct sampling_density *density, vec3 s, vec3 direction);
+// Any n; by vector kernels (sampling_kernel.h), equal to the above up to rounding.
+void sampling_sample_batch(const struct sampling_density *density, size_t n, const float (*s)[3], const float (*u)[3],
+                           float (*direction)[3], float *pdf_sa);
+void sampling_pdf_batch(const struct sampling_density *density, size_t n, const float (*s)[3],
+                        const float (*direction)[3], float *pdf_sa);

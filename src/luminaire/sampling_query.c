@@ -2,8 +2,6 @@
 #include "luminaire/sampling.h"
 #include "math/warp.h"
 
-static const float uniform_share = 0.05f;
-
 struct mixture { // for one shading point
     struct sampling_view view;
     float map_share, anchor_share, solid_angle;
@@ -23,7 +21,7 @@ static float cone_height(float radius, float distance2) {
 static void mixture_make(const struct sampling_density *density, vec3 s, struct mixture *mixture) {
     mixture->view = sampling_view_make(density, s);
     mixture->solid_angle = 2 * PI_F * mixture->view.rim;
-    mixture->map_share = 1 - uniform_share;
+    mixture->map_share = 1 - SAMPLING_UNIFORM_SHARE;
     mixture->anchor_share = 0;
     if (density->anchor_count == 0) return;
     float total = 0, floor2 = sqrf(density->cone_radius[CONE_COUNT - 1]);
@@ -39,8 +37,8 @@ static void mixture_make(const struct sampling_density *density, vec3 s, struct 
     }
     if (!(total > 0)) return;
     float share = (float)density->residual_share[mixture->view.cell] / 255;
-    mixture->map_share = (1 - uniform_share) * share;
-    mixture->anchor_share = 1 - uniform_share - mixture->map_share;
+    mixture->map_share = (1 - SAMPLING_UNIFORM_SHARE) * share;
+    mixture->anchor_share = 1 - SAMPLING_UNIFORM_SHARE - mixture->map_share;
     for (int i = 0; i < density->anchor_count; i++) mixture->weight[i] /= total;
 }
 
@@ -55,7 +53,7 @@ static float mixture_pdf(const struct sampling_density *density, const struct mi
         const uint16_t *prefix = density->prefix + (cell * MAP_SIDE + (size_t)y) * (MAP_SIDE + 1);
         float total = (float)density->rows[cell * (MAP_SIDE + 1) + MAP_SIDE];
         float relative = (float)(prefix[x + 1] - prefix[x]) * MAP_PIXELS / total;
-        pdf = (uniform_share + mixture->map_share * relative) / mixture->solid_angle;
+        pdf = (SAMPLING_UNIFORM_SHARE + mixture->map_share * relative) / mixture->solid_angle;
     }
     if (mixture->anchor_share == 0) return pdf;
     float sum = 0;
@@ -125,12 +123,12 @@ void sampling_sample(const struct sampling_density *density, vec3 s, vec3 u, vec
     struct mixture mixture;
     mixture_make(density, s, &mixture);
     vec2 place = {u.y, u.z};
-    if (u.x < uniform_share)
+    if (u.x < SAMPLING_UNIFORM_SHARE)
         *direction = sampling_direction_from_image(&mixture.view, place);
-    else if (u.x < uniform_share + mixture.map_share || mixture.anchor_share == 0)
+    else if (u.x < SAMPLING_UNIFORM_SHARE + mixture.map_share || mixture.anchor_share == 0)
         *direction = sample_map(density, &mixture.view, place);
     else
         *direction = sample_anchor(density, &mixture, s,
-                                   (u.x - uniform_share - mixture.map_share) / mixture.anchor_share, place);
+                                   (u.x - SAMPLING_UNIFORM_SHARE - mixture.map_share) / mixture.anchor_share, place);
     *pdf_sa = mixture_pdf(density, &mixture, s, *direction);
 }

@@ -5,8 +5,6 @@
 #include "luminaire/sampling.h"
 #include "math/warp.h"
 
-static const float bin_start[DISTANCE_BINS] = {1, 1.4f, 2.5f}; // in radii
-
 size_t sampling_cell_count(const struct sampling_density *density) {
     return (size_t)density->directions * (size_t)density->directions * DISTANCE_BINS + INSIDE_CELLS;
 }
@@ -22,7 +20,7 @@ struct sampling_view sampling_view_make(const struct sampling_density *density, 
     int n = density->directions;
     size_t outside = (size_t)n * (size_t)n * DISTANCE_BINS;
     struct sampling_view view;
-    if (!(distance2 > 1.0001f)) {
+    if (!(distance2 > SAMPLING_OUTSIDE2)) {
         int x = cell_index(0.5f + 0.5f * offset.x, INSIDE_SIDE), y = cell_index(0.5f + 0.5f * offset.y, INSIDE_SIDE);
         int z = cell_index(0.5f + 0.5f * offset.z, INSIDE_SIDE);
         view = (struct sampling_view){
@@ -32,13 +30,13 @@ struct sampling_view sampling_view_make(const struct sampling_density *density, 
     float distance = sqrtf(distance2);
     vec3 axis = vec3_scale(offset, -1 / distance);
     vec2 square = octahedral_from_direction(vec3_neg(axis));
-    int x = cell_index(square.x, n), y = cell_index(square.y, n), bin = 0;
-    while (bin + 1 < DISTANCE_BINS && distance >= bin_start[bin + 1]) bin++;
+    int x = cell_index(square.x, n), y = cell_index(square.y, n);
+    int bin = (distance >= SAMPLING_BIN_1) + (distance >= SAMPLING_BIN_2);
     view.cell = ((size_t)bin * (size_t)n + (size_t)y) * (size_t)n + (size_t)x;
     view.inside = false;
     // The cell's own frame, turned as little as possible: images of one cell's points agree.
-    vec3 middle = direction_from_octahedral((vec2){((float)x + 0.5f) / (float)n, ((float)y + 0.5f) / (float)n});
-    vec3 side = frame_from_normal(middle).s;
+    const float *start = density->sides[y * n + x];
+    vec3 side = {start[0], start[1], start[2]};
     view.frame.n = axis;
     view.frame.s = vec3_normalize(vec3_mad(axis, -vec3_dot(side, axis), side));
     view.frame.t = vec3_cross(axis, view.frame.s);
@@ -95,6 +93,16 @@ vec3 sampling_direction_from_image(const struct sampling_view *view, vec2 p) {
 
 // --- Memory ---
 
+static void find_sides(struct sampling_density *density) {
+    int n = density->directions;
+    for (int y = 0; y < n; y++)
+        for (int x = 0; x < n; x++) {
+            vec2 square = {((float)x + 0.5f) / (float)n, ((float)y + 0.5f) / (float)n};
+            vec3 side = frame_from_normal(direction_from_octahedral(square)).s;
+            memcpy(density->sides[y * n + x], (float[3]){side.x, side.y, side.z}, sizeof *density->sides);
+        }
+}
+
 enum status sampling_allocate(struct sampling_density **density, const struct proxy *proxy, int directions,
                               int anchor_count, struct error *error) {
     struct sampling_density *d = *density = calloc(1, sizeof *d);
@@ -108,9 +116,13 @@ enum status sampling_allocate(struct sampling_density **density, const struct pr
     d->residual_share = calloc(cells, 1);
     d->prefix = calloc(cells * MAP_SIDE * (MAP_SIDE + 1), sizeof(uint16_t));
     d->rows = calloc(cells * (MAP_SIDE + 1), sizeof(uint16_t));
+    d->sides = calloc((size_t)directions * (size_t)directions, sizeof *d->sides);
     d->anchors = calloc(anchors + 1, sizeof *d->anchors);
     d->intensity = calloc((anchors + 1) * INTENSITY_CELLS, sizeof(float));
-    if (d->codes && d->residual_share && d->prefix && d->rows && d->anchors && d->intensity) return STATUS_OK;
+    if (d->codes && d->residual_share && d->prefix && d->rows && d->sides && d->anchors && d->intensity) {
+        find_sides(d);
+        return STATUS_OK;
+    }
     sampling_density_destroy(d);
     *density = NULL;
     return error_set(error, STATUS_MEMORY, "out of memory for a sampling density");
@@ -122,6 +134,7 @@ void sampling_density_destroy(struct sampling_density *density) {
     free(density->residual_share);
     free(density->prefix);
     free(density->rows);
+    free(density->sides);
     free(density->anchors);
     free(density->intensity);
     free(density);

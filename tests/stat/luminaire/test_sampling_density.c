@@ -9,7 +9,7 @@
 #include <cmocka.h>
 
 #include "../../chi_square.h"
-#include "luminaire/sampling.h"
+#include "luminaire/sampling_kernel.h"
 #include "synthetic_lamp.h"
 
 enum { EXITS = 400000 };
@@ -181,6 +181,53 @@ static void test_anchors_match_density(void **state) {
     sampling_density_destroy(density);
 }
 
+// The kernels against the scalar mixture, over points from the middle to far away: the same samples, but for the few
+// that rounding puts into the next pixel or cone, and the same densities of any direction.
+static void check_kernel(const struct sampling_kernel *kernel, const struct sampling_density *density) {
+    enum { BLOCKS = 4000 };
+    int directions_off = 0, densities_off = 0;
+    for (uint64_t block = 0; block < BLOCKS; block++) {
+        struct sampling_lanes lanes, again;
+        for (int i = 0; i < SAMPLING_LANES; i++) {
+            struct sampler random = sampler_make(51, block, (uint64_t)i);
+            float far = i % 4 == 0 ? sampler_1d(&random) : powf(20, sampler_1d(&random));
+            vec3 out = warp_uniform_sphere(sampler_2d(&random));
+            vec3 s = vec3_mad(out, far * density->radius, density->center);
+            lanes.s[0][i] = s.x, lanes.s[1][i] = s.y, lanes.s[2][i] = s.z;
+            for (int c = 0; c < 3; c++) lanes.u[c][i] = sampler_1d(&random);
+        }
+        kernel->sample(density, &lanes);
+        again = lanes;
+        kernel->pdf(density, &again);
+        for (int i = 0; i < SAMPLING_LANES; i++) {
+            vec3 s = {lanes.s[0][i], lanes.s[1][i], lanes.s[2][i]}, u = {lanes.u[0][i], lanes.u[1][i], lanes.u[2][i]};
+            vec3 w = {lanes.direction[0][i], lanes.direction[1][i], lanes.direction[2][i]}, scalar;
+            float pdf;
+            assert_true(lanes.pdf_sa[i] > 0 && isfinite(lanes.pdf_sa[i]));
+            assert_true(fabsf(again.pdf_sa[i] - lanes.pdf_sa[i]) <= 1e-5f * lanes.pdf_sa[i]);
+            sampling_sample(density, s, u, &scalar, &pdf);
+            directions_off += !(vec3_length(vec3_sub(scalar, w)) < 2e-5f);
+            pdf = sampling_pdf(density, s, w);
+            densities_off += !(fabsf(pdf - lanes.pdf_sa[i]) < 1e-3f * pdf);
+        }
+    }
+    printf("%d directions and %d densities of %d differ from the scalar ones\n", directions_off, densities_off,
+           BLOCKS * SAMPLING_LANES);
+    assert_true(directions_off < BLOCKS * SAMPLING_LANES / 1000);
+    assert_true(densities_off < BLOCKS * SAMPLING_LANES / 1000);
+}
+
+static void test_kernels_match_scalar(void **state) {
+    (void)state;
+    struct lamp lamps[] = {lamp_clear(), lamp_frosted()};
+    for (int i = 0; i < 3; i++) {
+        struct sampling_density *density = build(&lamps[i % 2], i < 2, EXITS, 1);
+        check_kernel(&sampling_kernel_avx2, density);
+        if (sampling_kernel_best() == &sampling_kernel_avx512) check_kernel(&sampling_kernel_avx512, density);
+        sampling_density_destroy(density);
+    }
+}
+
 // Mean over shading points of the relative variance of L / p, and of the cone's uniform density for comparison.
 static double variance(const struct lamp *lamp, const struct sampling_density *density, double *uniform) {
     double sum = 0, sum_uniform = 0;
@@ -247,7 +294,8 @@ static void test_threads_do_not_matter(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_map_matches_density),
-                                       cmocka_unit_test(test_anchors_match_density), cmocka_unit_test(test_variance),
+                                       cmocka_unit_test(test_anchors_match_density),
+                                       cmocka_unit_test(test_kernels_match_scalar), cmocka_unit_test(test_variance),
                                        cmocka_unit_test(test_threads_do_not_matter)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
