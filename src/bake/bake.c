@@ -174,13 +174,15 @@ enum status bake_evaluate(const char *luminaire_path, const char *lamp_path, con
     struct luminaire *luminaire;
     enum status status = luminaire_load(&luminaire, luminaire_path, error);
     if (status != STATUS_OK) return status;
+    const char *preset = luminaire_metadata(luminaire, "bake.preset");
+    const struct evaluation_effort *effort =
+        preset && !strcmp(preset, "paper") ? &evaluation_effort_paper : &evaluation_effort_full;
     struct scene scene;
     struct scene_options options = {.lamp_only = true, .threads = run->threads};
     status = scene_load(&scene, lamp_path, &options, run, error);
     if (status == STATUS_OK) {
         status = lamp_check(&scene, run, error);
-        if (status == STATUS_OK)
-            status = evaluate_luminaire(luminaire, &scene, &evaluation_effort_full, run, evaluation, error);
+        if (status == STATUS_OK) status = evaluate_luminaire(luminaire, &scene, effort, run, evaluation, error);
         scene_fini(&scene);
     }
     luminaire_destroy(luminaire);

@@ -12,6 +12,7 @@
 #include "base/parallel.h"
 
 const struct evaluation_effort evaluation_effort_full = {16000000, 16000000, 128, 4096, 128, 16};
+const struct evaluation_effort evaluation_effort_paper = {16000000, 1000000, 32, 4096, 8, 2};
 
 enum { EVAL_BATCH = 1 << 16, BATCHES = 8 }; // noise is measured by how the batches differ
 

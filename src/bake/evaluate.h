@@ -37,6 +37,7 @@ struct evaluation_effort {
     int view_samples; // a pixel of the pictures; 0: they are not measured
 };
 extern const struct evaluation_effort evaluation_effort_full; // noise of irradiance below 0.5 %
+extern const struct evaluation_effort evaluation_effort_paper; // for the published networks, whose queries cost more
 
 enum status evaluate_luminaire(const struct luminaire *luminaire, const struct scene *scene,
                                const struct evaluation_effort *effort, const struct run *run,
