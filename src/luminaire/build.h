@@ -6,6 +6,8 @@
 #include "base/run.h"
 #include "luminaire/luminaire.h"
 
+struct view_field;
+
 enum proxy_kind { PROXY_SPHERE, PROXY_BOX, PROXY_CYLINDER, PROXY_MESH };
 
 struct proxy {
@@ -105,6 +107,10 @@ struct paper;
 enum status luminaire_assemble_paper(struct luminaire **luminaire, const struct proxy *proxy, struct paper *paper,
                                      const float flux[3], const char *const *keys, const char *const *values,
                                      size_t metadata_count, struct error *error);
+
+// Adds a hull with its view field, which need not be finished. Takes ownership, also when it fails.
+enum status luminaire_set_view(struct luminaire *luminaire, struct hull *hull, struct view_field *view,
+                               struct error *error);
 
 // Training state, for --resume: everything that a later step depends on.
 enum status light_field_save_state(const struct light_field *field, const char *path, struct error *error);

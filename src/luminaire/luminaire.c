@@ -77,6 +77,8 @@ void luminaire_destroy(struct luminaire *luminaire) {
     light_field_destroy(luminaire->light);
     transparency_destroy(luminaire->transparency);
     sampling_density_destroy(luminaire->density);
+    hull_destroy(luminaire->hull);
+    view_field_destroy(luminaire->view);
     for (size_t i = 0; i < luminaire->metadata_count; i++) {
         free(luminaire->keys[i]);
         free(luminaire->values[i]);
@@ -146,6 +148,25 @@ void luminaire_pdf(const struct luminaire *luminaire, size_t n, const float (*s)
         paper_pdf(luminaire->paper, n, s, direction, pdf_sa);
     else
         sampling_pdf_batch(luminaire->density, n, s, direction, pdf_sa);
+}
+
+enum status luminaire_set_view(struct luminaire *luminaire, struct hull *hull, struct view_field *view,
+                               struct error *error) {
+    hull_destroy(luminaire->hull);
+    view_field_destroy(luminaire->view);
+    luminaire->hull = hull;
+    luminaire->view = view;
+    enum status status = hull_check(hull, luminaire->shape.proxy.center, luminaire->shape.proxy.radius, error);
+    if (!status) status = view_field_finish(view, error);
+    luminaire->bytes = luminaire_measure(luminaire);
+    return status;
+}
+
+const struct hull *luminaire_hull(const struct luminaire *luminaire) { return luminaire->hull; }
+
+void luminaire_view(const struct luminaire *luminaire, size_t n, const struct view_point *points,
+                    float (*radiance)[3]) {
+    view_field_eval(luminaire->view, n, points, radiance);
 }
 
 void luminaire_flux(const struct luminaire *luminaire, float flux[3]) {

@@ -35,6 +35,13 @@ void luminaire_sample(const struct luminaire *luminaire, size_t n, const float (
 void luminaire_pdf(const struct luminaire *luminaire, size_t n, const float (*s)[3], const float (*direction)[3],
                    float *pdf_sa);
 
+// The hull for rays that look at the lamp, with its view field; NULL where the file holds none.
+struct hull;
+struct view_point;
+const struct hull *luminaire_hull(const struct luminaire *luminaire);
+void luminaire_view(const struct luminaire *luminaire, size_t n, const struct view_point *points,
+                    float (*radiance)[3]); // only with a hull
+
 void luminaire_flux(const struct luminaire *luminaire, float flux[3]); // total emitted flux per channel, lamp units
 const char *luminaire_metadata(const struct luminaire *luminaire,
                                const char *key); // or NULL; keys in docs/luminaire-format.md

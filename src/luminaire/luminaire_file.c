@@ -11,7 +11,7 @@
 
 static const char format_key[] = "format", format_name[] = "sconce-luminaire", version_key[] = "format_version",
                   version[] = "1";
-enum { PROXY_NUMBERS = 16, MAX_TENSORS = 26, NET_NUMBERS = 12 };
+enum { PROXY_NUMBERS = 16, MAX_TENSORS = 26 + HULL_TENSORS, NET_NUMBERS = 12 };
 
 // --- Writing ---
 
@@ -22,6 +22,7 @@ struct writer {
     float proxy[PROXY_NUMBERS], light_numbers[4], cones[2 * CONE_COUNT];
     float net_numbers[2][NET_NUMBERS];
     uint32_t directions;
+    struct hull_numbers hull;
 };
 
 static void put(struct writer *writer, const char *prefix, const char *name, enum tensor_type type, size_t rows,
@@ -67,6 +68,10 @@ static void describe(struct writer *writer, const struct luminaire *luminaire) {
     }
     put(writer, "flux", "", TENSOR_F32, 3, 0, luminaire->flux);
     writer->file.tensors = writer->tensors;
+    if (luminaire->hull) {
+        hull_describe(luminaire->hull, luminaire->view, &writer->hull, writer->tensors + writer->file.tensor_count);
+        writer->file.tensor_count += HULL_TENSORS;
+    }
     if (luminaire->paper) {
         paper_describe(luminaire->paper, writer->tensors + writer->file.tensor_count);
         writer->file.tensor_count += PAPER_NETS;
@@ -364,6 +369,7 @@ static enum status read_all(const struct reader *reader, struct luminaire *l) {
         status = paper_read(reader->file, reader->name, &l->shape.proxy, &l->paper, reader->error);
     else
         status = read_compact(reader, l);
+    if (!status) status = hull_read(reader->file, reader->name, &l->shape.proxy, &l->hull, &l->view, reader->error);
     if (status) return status;
     return luminaire_set_metadata(l, reader->file->metadata_keys, reader->file->metadata_values,
                                   reader->file->metadata_count, reader->error);

@@ -1,6 +1,7 @@
 // The finished luminaire, shared by luminaire.c and luminaire_file.c.
 #pragma once
 
+#include "luminaire/hull_file.h"
 #include "luminaire/light_field.h"
 #include "luminaire/paper.h"
 #include "luminaire/proxy.h"
@@ -12,6 +13,8 @@ struct luminaire {
     struct light_field *light;
     struct transparency *transparency; // NULL: T = 0
     struct sampling_density *density;
+    struct hull *hull; // with its view field, or both NULL
+    struct view_field *view;
     float flux[3];
     char **keys, **values;
     size_t metadata_count;

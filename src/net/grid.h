@@ -15,7 +15,7 @@ enum {
     GRID_MAX_LEVELS = 24,
     GRID_MAX_LOOKUPS = 56,
     GRID_MAX_SETS = 10,
-    GRID_MAX_RAW = 16,
+    GRID_MAX_RAW = 20,
 };
 
 struct grid_level {

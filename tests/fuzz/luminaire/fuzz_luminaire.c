@@ -2,7 +2,9 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "luminaire/hull.h"
 #include "luminaire/luminaire.h"
+#include "luminaire/view_field.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t length);
 
@@ -23,6 +25,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t length) {
     luminaire_transmittance(luminaire, 2, points, w, l);
     luminaire_sample(luminaire, 2, points, u, d, pdf);
     luminaire_pdf(luminaire, 2, points, w, pdf);
+    if (luminaire_hull(luminaire)) {
+        struct view_point at = {.point = {center[0], center[1], center[2]}, .normal = {0, 0, 1}, .w = {0, 0.6f, 0.8f}};
+        luminaire_view(luminaire, 1, &at, l);
+    }
     luminaire_destroy(luminaire);
     return 0;
 }
