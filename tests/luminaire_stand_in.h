@@ -1,6 +1,7 @@
 // For tests that bring a luminaire of their own in place of a baked one: everything but its light. Its proxy is the
 // unit sphere and light samples fill the cone under which a point sees it. The including file defines `struct
-// luminaire`, stand_in, luminaire_flux, luminaire_span, luminaire_eval and luminaire_transmittance.
+// luminaire`, stand_in, luminaire_flux, luminaire_span, luminaire_eval and luminaire_transmittance; with
+// STAND_IN_HAS_HULL also luminaire_hull and luminaire_view.
 #pragma once
 
 #include "luminaire/luminaire.h"
@@ -19,6 +20,16 @@ const char *luminaire_metadata(const struct luminaire *luminaire, const char *ke
     (void)luminaire, (void)key;
     return NULL;
 }
+#ifndef STAND_IN_HAS_HULL
+const struct hull *luminaire_hull(const struct luminaire *luminaire) {
+    (void)luminaire;
+    return NULL;
+}
+void luminaire_view(const struct luminaire *luminaire, size_t n, const struct view_point *points,
+                    float (*radiance)[3]) {
+    (void)luminaire, (void)n, (void)points, (void)radiance;
+}
+#endif
 size_t luminaire_bytes(const struct luminaire *luminaire) {
     (void)luminaire;
     return 0;

@@ -21,8 +21,9 @@ const struct param luminaire_params[] = {
      .help = "places the lamp; of a baked one only rotation, uniform scale and translation"},
     {"keep", PARAM_CHOICE, offsetof(struct luminaire_shape, keep), "none", .choices = "none|opaque|all",
      .help = "geometry that stays beside the baked light field"},
-    {"appearance", PARAM_CHOICE, offsetof(struct luminaire_shape, appearance), "neural", .choices = "neural|geometry",
-     .help = "what the camera sees: the light field, or the lamp's geometry"},
+    {"appearance", PARAM_CHOICE, offsetof(struct luminaire_shape, appearance), "neural",
+     .choices = "neural|surface|geometry",
+     .help = "what the camera sees: the light field, the hull in the baked file, or the lamp's geometry"},
     {"dim", PARAM_RGB, offsetof(struct luminaire_shape, dim), "1", 0, 1e9, "1", .help = "multiplies the lamp's light"},
     {"geometry", PARAM_STRING, offsetof(struct luminaire_shape, geometry), "",
      .help = "the baked lamp's scene (.xml), for keep and appearance; default: where it was baked from"},
@@ -95,6 +96,15 @@ static enum status load_baked(struct loader *loader, const struct object *object
         placement.dim, object->place};
     scene->luminaires = instances;
     scene->luminaire_count = count + 1;
+    if (shape->appearance == APPEARANCE_SURFACE) {
+        if (shape->keep != KEEP_NONE)
+            return error_at(loader->error, object->place,
+                            "appearance surface goes with keep none; kept geometry is seen with appearance geometry");
+        if (!luminaire_hull(luminaire))
+            return error_at(loader->error, object->place,
+                            "'%s' was baked without a hull; bake it with --view hull, or use another appearance", path);
+        return load_hull(loader, &instances[count], (int)count);
+    }
     if (shape->keep == KEEP_NONE && shape->appearance == APPEARANCE_NEURAL) return STATUS_OK;
 
     const char *source = luminaire_metadata(luminaire, "bake.source");

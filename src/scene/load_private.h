@@ -1,5 +1,6 @@
 // What the files of the scene loader share. load.c walks the scene; load_plugin.c makes textures and BSDFs;
-// load_shape.c shapes with their emitters and media; load_luminaire.c lamps; load_settings.c camera and integrator.
+// load_shape.c shapes with their emitters and media; load_luminaire.c lamps, load_hull.c their hulls; load_settings.c
+// camera and integrator.
 #pragma once
 
 #include "scene/params.h"
@@ -50,6 +51,7 @@ enum status load_shape(struct loader *loader, struct object *object);
 enum status load_emitter(struct loader *loader, struct object *object, struct shape *shape,
                          const struct emitter **emitter);
 enum status load_luminaire(struct loader *loader, struct object *object);
+enum status load_hull(struct loader *loader, const struct luminaire_instance *instance, int index);
 enum status load_sensor(struct loader *loader, struct object *object);
 enum status load_integrator(struct loader *loader, struct object *object);
 enum status load_default_integrator(struct loader *loader);

@@ -11,7 +11,7 @@
 
 enum integrator_kind { INTEGRATOR_PATH, INTEGRATOR_BDPT, INTEGRATOR_PARTICLE };
 enum keep_geometry { KEEP_NONE, KEEP_OPAQUE, KEEP_ALL };
-enum appearance { APPEARANCE_NEURAL, APPEARANCE_GEOMETRY };
+enum appearance { APPEARANCE_NEURAL, APPEARANCE_SURFACE, APPEARANCE_GEOMETRY };
 
 struct luminaire_instance { // a baked lamp placed in the scene
     const struct luminaire *luminaire;
@@ -36,6 +36,8 @@ struct scene {
     const struct emitter *environment; // or NULL; at most one of constant, envmap
     struct luminaire_instance *luminaires;
     size_t luminaire_count;
+    struct shape **hulls; // the parts of the hulls of lamps with APPEARANCE_SURFACE
+    size_t hull_count;
     struct sensor *sensor; // NULL for a lamp without one
     enum integrator_kind integrator;
     int max_depth; // edges of a path, as in Mitsuba (1: emission only); -1: unlimited
@@ -60,12 +62,17 @@ struct scene_options {
 
 enum status scene_load(struct scene *scene, const char *path, const struct scene_options *options,
                        const struct run *run, struct error *error);
+// Nothing but the hull of a luminaire (which has one), in lamp coordinates; the luminaire stays the caller's.
+enum status scene_init_hull(struct scene *scene, const struct luminaire *luminaire, int threads, struct error *error);
 void scene_fini(struct scene *scene);
 
 // --- Rays. All are thread-safe and do no checks. ---
 // `ignore_luminaire`: kept geometry of that luminaire instance is invisible to the ray; -1: sees everything.
 // Nearest surface, of whatever BSDF. False: none.
 bool scene_intersect(const struct scene *scene, const struct ray *ray, int ignore_luminaire, struct surface *surface);
+// Nearest part of a lamp's hull, those of `ignore_luminaire` left out: for rays that look at lamps, and no others.
+bool scene_intersect_hulls(const struct scene *scene, const struct ray *ray, int ignore_luminaire,
+                           struct surface *surface);
 // What fraction gets from one end of the ray to the other: surfaces with `through` attenuate, everything else blocks.
 // Interior absorption and baked luminaires are the callers' business (path_segment.h).
 rgb scene_visibility(const struct scene *scene, const struct ray *ray, int ignore_luminaire);

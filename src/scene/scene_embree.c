@@ -10,7 +10,7 @@
 
 struct embree_scene {
     RTCDevice device;
-    RTCScene scene;
+    RTCScene scene, hulls; // hulls: NULL where no lamp shows one
     bool has_through;
 };
 
@@ -73,7 +73,7 @@ static void shape_occluded_callback(const struct RTCOccludedFunctionNArguments *
     if (shape->type->intersect(shape, &ray, &t, &uv)) embree_ray->tfar = -INFINITY;
 }
 
-static void attach_shape(const struct embree_scene *embree, const struct shape *shape, unsigned index) {
+static void attach_shape(const struct embree_scene *embree, RTCScene scene, const struct shape *shape, unsigned index) {
     const struct mesh *mesh = &shape->mesh;
     bool is_mesh = mesh->triangle_count > 0;
     RTCGeometry geometry =
@@ -96,8 +96,18 @@ static void attach_shape(const struct embree_scene *embree, const struct shape *
         rtcSetGeometryOccludedFunction(geometry, shape_occluded_callback);
     }
     rtcCommitGeometry(geometry);
-    rtcAttachGeometryByID(embree->scene, geometry, index);
+    rtcAttachGeometryByID(scene, geometry, index);
     rtcReleaseGeometry(geometry);
+}
+
+static RTCScene make_scene(const struct embree_scene *embree, struct shape *const *shapes, size_t count) {
+    RTCScene scene = rtcNewScene(embree->device);
+    if (!scene) return NULL;
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH); // 8 % faster rays on the demo room
+    for (size_t i = 0; i < count; ++i) attach_shape(embree, scene, shapes[i], (unsigned)i);
+    rtcCommitScene(scene);
+    return scene;
 }
 
 static void keep_first_error(void *user, enum RTCError code, const char *text) {
@@ -122,16 +132,11 @@ enum status embree_scene_create(struct embree_scene **result, const struct scene
                          (int)rtcGetDeviceError(NULL));
     }
     rtcSetDeviceErrorFunction(embree->device, keep_first_error, &first);
-    embree->scene = rtcNewScene(embree->device);
-    if (embree->scene) {
-        rtcSetSceneFlags(embree->scene, RTC_SCENE_FLAG_ROBUST);
-        rtcSetSceneBuildQuality(embree->scene, RTC_BUILD_QUALITY_HIGH); // 8 % faster rays on the demo room
-        for (size_t i = 0; i < scene->shape_count; ++i) {
-            const struct shape *shape = scene->shapes[i];
-            embree->has_through = embree->has_through || (shape->bsdf && shape->bsdf->flags & BSDF_NULL);
-            attach_shape(embree, shape, (unsigned)i);
-        }
-        rtcCommitScene(embree->scene);
+    embree->scene = make_scene(embree, scene->shapes, scene->shape_count);
+    if (scene->hull_count) embree->hulls = make_scene(embree, scene->hulls, scene->hull_count);
+    for (size_t i = 0; i < scene->shape_count; ++i) {
+        const struct shape *shape = scene->shapes[i];
+        embree->has_through = embree->has_through || (shape->bsdf && shape->bsdf->flags & BSDF_NULL);
     }
     rtcSetDeviceErrorFunction(embree->device, NULL, NULL);
     if (first.status != STATUS_OK) {
@@ -145,6 +150,7 @@ enum status embree_scene_create(struct embree_scene **result, const struct scene
 void embree_scene_destroy(struct embree_scene *embree) {
     if (!embree) return;
     if (embree->scene) rtcReleaseScene(embree->scene);
+    if (embree->hulls) rtcReleaseScene(embree->hulls);
     if (embree->device) rtcReleaseDevice(embree->device);
     free(embree);
 }
@@ -168,13 +174,14 @@ static struct RTCRay embree_from_ray(const struct ray *ray) {
                            .mask = 0xFFFFFFFFu};
 }
 
-bool scene_intersect(const struct scene *scene, const struct ray *ray, int ignore_luminaire, struct surface *surface) {
+static bool intersect_shapes(RTCScene scene, struct shape *const *shapes, const struct ray *ray, int ignore_luminaire,
+                             struct surface *surface) {
     struct ray_context context = context_make(ignore_luminaire);
     struct RTCRayHit hit = {.ray = embree_from_ray(ray)};
     hit.hit.geomID = hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene->embree->scene, &context.embree, &hit);
+    rtcIntersect1(scene, &context.embree, &hit);
     if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
-    const struct shape *shape = scene->shapes[hit.hit.geomID];
+    const struct shape *shape = shapes[hit.hit.geomID];
     vec2 uv = {hit.hit.u, hit.hit.v};
     if (shape->mesh.triangle_count > 0) {
         shape_fill_triangle(shape, hit.hit.primID, uv, surface);
@@ -184,6 +191,15 @@ bool scene_intersect(const struct scene *scene, const struct ray *ray, int ignor
     }
     surface->t = hit.ray.tfar;
     return true;
+}
+
+bool scene_intersect(const struct scene *scene, const struct ray *ray, int ignore_luminaire, struct surface *surface) {
+    return intersect_shapes(scene->embree->scene, scene->shapes, ray, ignore_luminaire, surface);
+}
+
+bool scene_intersect_hulls(const struct scene *scene, const struct ray *ray, int ignore_luminaire,
+                           struct surface *surface) {
+    return scene->embree->hulls && intersect_shapes(scene->embree->hulls, scene->hulls, ray, ignore_luminaire, surface);
 }
 
 bool embree_scene_has_through(const struct embree_scene *embree) { return embree->has_through; }

@@ -31,7 +31,8 @@ struct shape {
     bool has_interior;
     rgb sigma_a; // absorption inside [1/length], of a homogeneous interior medium
     int luminaire; // index of the baked luminaire instance whose kept geometry this is, or -1
-    uint32_t index; // in scene->shapes
+    const struct hull_part *hull; // NULL: a real surface; else this is a part of a baked lamp's hull
+    uint32_t index; // in scene->shapes, or scene->hulls
     struct transform to_world;
     bool flip_normals, face_normals;
     struct mesh mesh; // world space; triangle_count == 0: analytic

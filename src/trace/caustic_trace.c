@@ -5,6 +5,8 @@
 // path_shadow.c exactly: a lamp dims an edge by T unless one of its ends is on that lamp's own geometry.
 #include "trace/caustic_trace.h"
 
+#include "trace/hull_look.h"
+
 static const float max_survival = 0.95f;
 
 static struct sampler particle_sampler(const struct caustic_job *job, const struct caustic_block *block, size_t i) {
@@ -21,6 +23,7 @@ static void add_crossings(const struct caustic_job *job, struct caustic_worker *
         float t_mid;
         if ((int)i == a || (int)i == b || instance->keep == KEEP_ALL) continue;
         if (to_camera && instance->appearance == APPEARANCE_GEOMETRY) continue;
+        if (to_camera && instance->appearance == APPEARANCE_SURFACE && !hull_dims(job->scene, ray, (int)i)) continue;
         if (!crossing_find(instance, ray, &t_mid) || t_mid >= t_end) continue;
         crossing_add(&worker->crossings, item, i, ray, t_mid)->wants_transmittance = true;
     }
@@ -164,7 +167,7 @@ static void connect_particle(const struct caustic_job *job, struct caustic_worke
     struct lamp_view view = {true, -1, -1};
     value = rgb_mul(value, lamp_view_visibility(job->scene, job->hidden, &view, &ray));
     value = rgb_mul(value, segment_absorption(surface, NULL, link.direction, link.distance));
-    if (rgb_is_black(value)) return;
+    if (rgb_is_black(value) || hulls_block(job->scene, &ray)) return;
     add_crossings(job, worker, (uint32_t)worker->link_count, &ray, ray.t_max, surface->shape->luminaire, -1, true);
     worker->links[worker->link_count++] = (struct caustic_link){ray, link.film, value};
 }

@@ -23,7 +23,23 @@ static const struct emitter *choose_emitter(const struct scene *scene, float u, 
 }
 
 void trace_particle(const struct scene *scene, struct sampler *sampler, int max_depth, struct particle_exit *exit) {
+    trace_particle_source(scene, NULL, sampler, max_depth, exit, NULL);
+}
+
+// `glass` goes with `source`; absorbed: by the glass behind the source.
+static void mark_source(struct particle_source *source, const bool *glass, const struct surface *surface,
+                        vec3 direction, rgb *absorbed) {
+    if (!source || glass[surface->shape->index]) return;
+    source->surface = *surface;
+    source->direction = direction;
+    *absorbed = rgb_gray(1);
+}
+
+void trace_particle_source(const struct scene *scene, const bool *glass, struct sampler *sampler, int max_depth,
+                           struct particle_exit *exit, struct particle_source *source) {
     *exit = (struct particle_exit){0};
+    if (source) *source = (struct particle_source){0};
+    rgb absorbed = rgb_gray(1);
     float pmf = 1;
     const struct emitter *emitter = choose_emitter(scene, sampler_1d(sampler), &pmf);
     struct emission_sample emission;
@@ -37,6 +53,7 @@ void trace_particle(const struct scene *scene, struct sampler *sampler, int max_
 
     struct surface surfaces[2], *from = emitter->shape ? &emission.surface : NULL;
     struct ray ray = emission.ray;
+    if (from) mark_source(source, glass, from, ray.direction, &absorbed);
     int last_edge = max_depth < 0 ? max_edges : max_depth, edge = 1, slot = 0;
     for (int rays = 0; rays < max_edges; rays++) {
         struct surface *surface = &surfaces[slot];
@@ -46,16 +63,20 @@ void trace_particle(const struct scene *scene, struct sampler *sampler, int max_
             exit->flux = beta;
             exit->escaped = rgb_is_finite(beta);
             if (!exit->escaped) exit->flux = rgb_gray(0);
+            if (source) source->flux = rgb_make(beta.r / absorbed.r, beta.g / absorbed.g, beta.b / absorbed.b);
             return;
         }
         slot ^= 1;
         vec3 wi = vec3_neg(ray.direction);
-        beta = rgb_mul(beta, segment_absorption(from, surface, ray.direction, surface->t));
+        rgb absorption = segment_absorption(from, surface, ray.direction, surface->t);
+        beta = rgb_mul(beta, absorption);
+        absorbed = rgb_mul(absorbed, absorption);
         from = surface;
         struct fork fork =
             surface_bsdf_flags(surface) & BSDF_NULL ? fork_choose(surface, wi, sampler_1d(sampler)) : fork_none();
         beta = rgb_mul(beta, fork.weight);
         if (fork.passes) {
+            mark_source(source, glass, surface, ray.direction, &absorbed);
             ray = surface_spawn_ray(surface, ray.direction);
             continue;
         }
@@ -71,6 +92,7 @@ void trace_particle(const struct scene *scene, struct sampler *sampler, int max_
             beta = rgb_scale(beta, 1 / survival);
         }
         exit->point = surface->p;
+        mark_source(source, glass, surface, sample.wo, &absorbed);
         ray = surface_spawn_ray(surface, sample.wo);
     }
 }

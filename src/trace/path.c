@@ -85,6 +85,7 @@ static void trace_tile(void *user, size_t tile, int worker_index) {
     while (worker->active_count) {
         path_intersect(tracer, worker);
         if (tracer->scene->luminaire_count) path_luminaire(tracer, worker);
+        if (tracer->scene->hull_count) path_view(tracer, worker);
         path_hit(tracer, worker);
         path_light(tracer, worker);
         path_shadow(tracer, worker);

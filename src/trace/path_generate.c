@@ -25,6 +25,7 @@ void path_generate(const struct path_tracer *tracer, struct path_worker *worker,
             path->pdf = 0;
             path->vertex = (struct light_point){path->ray.origin, -1, -1};
             path->look = true;
+            path->through = -1;
             path->may_be_caustic = false;
             path->has_from = false;
             worker->active[count] = count;

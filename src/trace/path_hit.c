@@ -42,6 +42,7 @@ static void meet_emitter(const struct path_tracer *tracer, struct path_worker *w
 void path_hit(const struct path_tracer *tracer, struct path_worker *worker) {
     for (size_t i = 0; i < worker->active_count; i++) {
         struct path *path = &worker->paths[worker->active[i]];
+        if (path->status == PATH_DONE) continue;
         if (path->status == PATH_MISSES) {
             meet_environment(tracer, worker, path);
             path->status = PATH_DONE;

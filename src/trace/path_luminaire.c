@@ -1,7 +1,8 @@
 // Path tracer: the baked lamps that a ray meets before its surface. Each adds its radiance, dimmed by the lamps in
 // front of it, and dims what comes after. Not met are: the lamp whose kept geometry the ray leaves (its own light is in
-// L, and the geometry itself does the dimming), and on rays that look at it a lamp that shows its real geometry. A path
-// that ends on a lamp's kept geometry gets that lamp's L wherever on the chord the surface stands, and no T.
+// L, and the geometry itself does the dimming), and on rays that look at it a lamp that shows its real geometry or its
+// hull. A path that ends on a lamp's kept geometry gets that lamp's L wherever on the chord the surface stands, and no
+// T.
 #include "trace/path_state.h"
 
 #include <stdlib.h>
@@ -19,7 +20,7 @@ static void path_find_crossings(const struct path_tracer *tracer, struct path_wo
     const struct path *path = &worker->paths[index];
     for (size_t i = 0; i < tracer->scene->luminaire_count; i++) {
         const struct luminaire_instance *instance = &tracer->scene->luminaires[i];
-        if ((int)i == path->vertex.kept || (path->look && instance->appearance == APPEARANCE_GEOMETRY)) continue;
+        if ((int)i == path->vertex.kept || (path->look && instance->appearance != APPEARANCE_NEURAL)) continue;
         float t_mid;
         if (!crossing_find(instance, &path->ray, &t_mid)) continue;
         bool stops = stops_inside(path, (int)i);

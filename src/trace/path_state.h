@@ -1,5 +1,5 @@
 // What the stages of the path tracer share. A block of paths (one tile of the film) goes through
-//   generate, then until none is left: intersect, luminaire, hit, light, shadow, scatter
+//   generate, then until none is left: intersect, luminaire, view, hit, light, shadow, scatter
 // one stage for all paths at a time, so that the queries of baked luminaires come in batches. One worker owns one
 // block.
 #pragma once
@@ -41,6 +41,7 @@ struct path {
     float pdf; // [1/sr] of the ray's direction at `vertex`; 0: camera or delta, which no light sample can give
     struct light_point vertex; // where the path scattered last, as light_select sees it
     bool look; // camera ray, or delta scattering only since
+    int through; // luminaire whose hull the ray has passed and does not meet again, or -1
     bool may_be_caustic; // the first vertex is in the class of caustic.h
     bool has_from;
     struct fork fork; // at `surface`
@@ -92,6 +93,7 @@ struct luminaire_request {
 void path_generate(const struct path_tracer *tracer, struct path_worker *worker, int tile);
 void path_intersect(const struct path_tracer *tracer, struct path_worker *worker);
 void path_luminaire(const struct path_tracer *tracer, struct path_worker *worker);
+void path_view(const struct path_tracer *tracer, struct path_worker *worker);
 void path_hit(const struct path_tracer *tracer, struct path_worker *worker);
 void path_light(const struct path_tracer *tracer, struct path_worker *worker);
 void path_shadow(const struct path_tracer *tracer, struct path_worker *worker);

@@ -14,6 +14,9 @@
 
 #include "math/warp.h"
 #include "trace/path.h"
+#include "luminaire/hull.h"
+#include "luminaire/view_field.h"
+#define STAND_IN_HAS_HULL
 #include "luminaire_stand_in.h"
 
 // --- The luminaire: proxy = unit sphere. ---
@@ -89,6 +92,78 @@ void luminaire_transmittance(const struct luminaire *luminaire, size_t n, const 
     for (size_t i = 0; i < n; i++) {
         vec3 p;
         transmittance[i][0] = transmittance[i][1] = transmittance[i][2] = first_hit(point[i], w[i], &p) ? 0 : 1;
+    }
+}
+
+// --- Its hull: part 0 the spheres, finely tessellated, part 1 the plate, which must be black. ---
+
+enum { ROWS = 96, COLUMNS = 192 };
+static struct hull *the_hull;
+
+static void hull_add_vertex(double x, double y, double z) {
+    const double p[3] = {x, y, z};
+    for (int a = 0; a < 3; a++)
+        the_hull->vertices[the_hull->vertex_count][a] = (uint16_t)lrint((p[a] + 1) / (double)the_hull->step[a]);
+    the_hull->vertex_count++;
+}
+
+static void hull_add_triangle(size_t a, size_t b, size_t c) {
+    uint16_t *v = the_hull->triangles[the_hull->triangle_count++];
+    v[0] = (uint16_t)a, v[1] = (uint16_t)b, v[2] = (uint16_t)c;
+}
+
+static int make_hull(void **state) {
+    (void)state;
+    struct error error;
+    if (hull_allocate(&the_hull, 2 * (ROWS + 1) * COLUMNS + 4, 4 * ROWS * COLUMNS + 2, &error)) return -1;
+    the_hull->vertex_count = the_hull->triangle_count = 0;
+    for (int a = 0; a < 3; a++) the_hull->lower[a] = -1, the_hull->step[a] = 2.0f / 65535;
+    for (int side = -1; side <= 1; side += 2) {
+        size_t first = the_hull->vertex_count;
+        double radius = (double)sphere_radius * 1.0002; // of equal cross-section
+        for (int i = 0; i <= ROWS; i++)
+            for (int j = 0; j < COLUMNS; j++) {
+                double theta = M_PI * i / ROWS, phi = 2 * M_PI * j / COLUMNS;
+                hull_add_vertex(radius * sin(theta) * cos(phi), radius * sin(theta) * sin(phi),
+                                radius * cos(theta) + side * (double)sphere_z);
+            }
+        for (size_t i = 0; i < ROWS; i++)
+            for (size_t j = 0; j < COLUMNS; j++) {
+                size_t a = first + i * COLUMNS + j, b = first + i * COLUMNS + (j + 1) % COLUMNS;
+                hull_add_triangle(a, a + COLUMNS, b + COLUMNS);
+                hull_add_triangle(a, b + COLUMNS, b);
+            }
+    }
+    size_t spheres = the_hull->triangle_count, corner = the_hull->vertex_count;
+    for (int i = 0; i < 4; i++)
+        hull_add_vertex((i & 1 ? 1 : -1) * (double)plate_half, (i & 2 ? 1 : -1) * (double)plate_half, 0);
+    hull_add_triangle(corner, corner + 1, corner + 3);
+    hull_add_triangle(corner, corner + 3, corner + 2);
+    the_hull->parts[0] = (struct hull_part){.kind = HULL_OPAQUE, .smooth = true, .count = (uint32_t)spheres};
+    the_hull->parts[1] = (struct hull_part){.kind = HULL_OPAQUE, .first = (uint32_t)spheres, .count = 2};
+    the_hull->part_count = 2;
+    return hull_check(the_hull, (float[3]){0, 0, 0}, 1, &error);
+}
+
+static int drop_hull(void **state) {
+    (void)state;
+    hull_destroy(the_hull);
+    return 0;
+}
+
+const struct hull *luminaire_hull(const struct luminaire *luminaire) {
+    (void)luminaire;
+    return the_hull;
+}
+
+void luminaire_view(const struct luminaire *luminaire, size_t n, const struct view_point *points,
+                    float (*radiance)[3]) {
+    (void)luminaire;
+    for (size_t i = 0; i < n; i++) {
+        float scale = points[i].part == 0;
+        radiance[i][0] = scale * sphere_radiance.r;
+        radiance[i][1] = scale * sphere_radiance.g;
+        radiance[i][2] = scale * sphere_radiance.b;
     }
 }
 
@@ -231,7 +306,9 @@ static const struct composition geometry = {false, "", ""};
 static void test_black_lamp(void **unused) {
     (void)unused;
     static const struct composition cases[] = {
-        {true, "none", "neural"}, {true, "none", "geometry"}, {true, "opaque", "neural"}, {true, "opaque", "geometry"}};
+        {true, "none", "neural"},   {true, "none", "surface"},    {true, "none", "geometry"},
+        {true, "opaque", "neural"}, {true, "opaque", "geometry"},
+    };
     struct blocks reference, blocks;
     render(geometry, 0, PATH_MIS, 128, &reference);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -267,5 +344,5 @@ static void test_kept_geometry(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_black_lamp), cmocka_unit_test(test_kept_geometry)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, make_hull, drop_hull);
 }

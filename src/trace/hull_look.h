@@ -1,0 +1,21 @@
+// Rays that look at a lamp with appearance=surface meet its hull instead of its light field: glass refracts them, any
+// other part ends them with the view field's radiance or, where it is translucent, lets them straight on through the
+// rest of that lamp, dimmed by its transparency.
+#pragma once
+
+#include "luminaire/hull.h"
+#include "luminaire/view_field.h"
+#include "math/sampler.h"
+#include "scene/scene.h"
+
+// What a ray meets first of one lamp's hull within t_max. False: nothing.
+bool hull_look(const struct scene *scene, const struct ray *ray, int luminaire, enum hull_kind *kind);
+// Whether anything of any hull that light does not pass straight stands between a point and the camera; `to_camera`
+// ends there.
+bool hulls_block(const struct scene *scene, const struct ray *to_camera);
+// Whether lamp's transparency dims that light.
+bool hull_dims(const struct scene *scene, const struct ray *to_camera, int luminaire);
+// Follows a ray through the glass of the hulls, as a path does, to where the view field of the first lamp that it meets
+// answers. False: the ray passes. For scenes of scene_init_hull.
+bool hull_trace(const struct scene *scene, const struct hull *hull, const struct ray *ray, struct sampler *sampler,
+                struct view_point *at);
