@@ -109,6 +109,7 @@ struct sconce_bake_options {
     double seconds; // > 0: as much as fits in this wall time, instead of quality
     const char *proxy; // "auto" (NULL), "sphere", "box", "cylinder", or a closed mesh's file
     bool resume; // go on from OUTPUT's checkpoint; preset "paper" has none
+    const char *view; // "hull" (NULL): the file also holds a small hull for appearance=surface; "none"
 };
 
 struct sconce_figures { // what was measured on held-out lines, beside the black image's score (1 = nothing learned)
@@ -129,6 +130,8 @@ struct sconce_figures { // what was measured on held-out lines, beside the black
     bool wall_measured, view_measured;
     float wall_relmse, wall_relmse_noise, wall_flip, wall_flip_noise;
     float view_gain_db, view_flip, view_flip_black, view_flip_noise;
+    bool surface_measured; // the same pictures as the hull shows the lamp, where the file has one
+    float surface_gain_db, surface_flip;
     size_t bytes;
     double seconds;
 };

@@ -21,6 +21,9 @@ static void figures_fill(struct sconce_figures *figures, const struct evaluation
                                        .view_flip = e->view_flip,
                                        .view_flip_black = e->view_flip_black,
                                        .view_flip_noise = e->view_flip_noise,
+                                       .surface_measured = e->surface_measured,
+                                       .surface_gain_db = e->surface_gain_db,
+                                       .surface_flip = e->surface_flip,
                                        .sample_variance = e->sample_variance,
                                        .sample_variance_uniform = e->sample_variance_uniform};
     memcpy(figures->flux, e->flux, sizeof figures->flux);
@@ -46,13 +49,17 @@ static enum status choices_parse(struct bake_options *bake, const struct sconce_
     static const char *const qualities[] = {[BAKE_DRAFT] = "draft", [BAKE_STANDARD] = "standard", [BAKE_HIGH] = "high"};
     static const char *const sizes[] = {
         [BAKE_SIZE_SMALL] = "small", [BAKE_SIZE_DEFAULT] = "default", [BAKE_SIZE_LARGE] = "large"};
+    const char *view = options->view ? options->view : "hull";
     int quality, size;
     enum status status =
         choice_parse(&quality, qualities, "quality", options->quality ? options->quality : "standard", error);
     if (!status) status = choice_parse(&size, sizes, "size", options->size ? options->size : "default", error);
+    if (!status && strcmp(view, "hull") && strcmp(view, "none"))
+        status = error_set(error, STATUS_INVALID, "there is no view '%s'; use hull or none", view);
     if (status) return status;
     bake->quality = (enum bake_quality)quality;
     bake->size = (enum bake_size)size;
+    bake->view = strcmp(view, "none") ? BAKE_VIEW_HULL : BAKE_VIEW_NONE;
     return STATUS_OK;
 }
 

@@ -6,6 +6,7 @@
 
 #include "api/api_run.h"
 #include "image/image.h"
+#include "luminaire/hull.h"
 #include "luminaire/luminaire.h"
 #include "scene/help.h"
 #include "scene/scene.h"
@@ -31,6 +32,11 @@ static enum status info_luminaire(const char *path, json_t *json, struct error *
     json_object_set_new(json, "center", triple(center));
     json_object_set_new(json, "radius", json_real((double)radius));
     json_object_set_new(json, "flux", triple(flux));
+    const struct hull *hull = luminaire_hull(luminaire);
+    if (hull)
+        json_object_set_new(json, "hull",
+                            json_pack("{s:I, s:I, s:I}", "triangles", (json_int_t)hull->triangle_count, "vertices",
+                                      (json_int_t)hull->vertex_count, "parts", (json_int_t)hull->part_count));
     json_t *metadata = json_object();
     for (size_t i = 0; luminaire_metadata_key(luminaire, i); i++) {
         const char *key = luminaire_metadata_key(luminaire, i), *value = luminaire_metadata(luminaire, key);

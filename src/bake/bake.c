@@ -9,20 +9,25 @@
 #include "bake/lamp_check.h"
 #include "bake/lamp_identity.h"
 #include "bake/lamp_proxy.h"
+#include "luminaire/hull.h"
 #include "luminaire/paper.h"
 
 // By quality, aims at 20 s, 2 minutes and half an hour on 2 cores.
 static const struct bake_plan plans[] = {
-    [BAKE_DRAFT] = {1000000, 0, 32, 36, 0, false, {500000, 1000000, 64, 512, 0, 0}},
-    [BAKE_STANDARD] = {3000000, 4, 100, 240, 0, false, {4000000, 4000000, 128, 1024, 0, 0}},
-    [BAKE_HIGH] = {8000000, 24, 1500, 5000, 0, false, {16000000, 8000000, 128, 2048, 0, 0}},
+    [BAKE_DRAFT] = {1000000, 0, 32, 36, 0, false, {500000, 1000000, 64, 512, 0, 0}, {.chunks = 12}},
+    [BAKE_STANDARD] = {3000000, 4, 100, 240, 0, false, {4000000, 4000000, 128, 1024, 0, 0}, {.chunks = 120}},
+    [BAKE_HIGH] = {8000000, 24, 1500, 5000, 0, false, {16000000, 8000000, 128, 2048, 0, 0}, {.chunks = 1500}},
 };
 
 // Aims at 0.6, 2 and 8 MB, the tables of the transparency and of the sampling density included.
 static const struct {
     int log2_entries;
     bool packed;
-} sizes[] = {[BAKE_SIZE_SMALL] = {14, true}, [BAKE_SIZE_DEFAULT] = {15, false}, [BAKE_SIZE_LARGE] = {18, false}};
+    size_t hull_triangles;
+    int view_log2_entries;
+} sizes[] = {[BAKE_SIZE_SMALL] = {14, true, 5000, 11},
+             [BAKE_SIZE_DEFAULT] = {15, false, 16000, 13},
+             [BAKE_SIZE_LARGE] = {18, false, 40000, 16}};
 
 static struct bake_plan plan_work(const struct bake_options *options) {
     struct bake_plan plan = plans[options->quality];
@@ -33,6 +38,8 @@ static struct bake_plan plan_work(const struct bake_options *options) {
     }
     plan.log2_entries = sizes[options->size].log2_entries;
     plan.packed = sizes[options->size].packed;
+    plan.view.triangles = sizes[options->size].hull_triangles;
+    plan.view.log2_entries = sizes[options->size].view_log2_entries;
     return plan;
 }
 
@@ -66,7 +73,8 @@ static enum status survey_lamp(struct bake_job *job, struct error *error) {
 static void describe_job(const struct bake_job *job, char text[80]) {
     const struct bake_options *o = job->options;
     snprintf(text, 80, "%016llx seed %llu quality %d size %d seconds %g proxy %d", (unsigned long long)job->identity,
-             (unsigned long long)job->run->seed, (int)o->quality, (int)o->size, o->seconds, (int)o->proxy);
+             (unsigned long long)job->run->seed, (int)o->quality, (int)o->size, o->seconds,
+             (int)o->proxy + 16 * (int)o->view);
 }
 
 static enum status start_training(struct bake_job *job, struct error *error) {
@@ -118,6 +126,7 @@ static enum status bake_scene(struct bake_job *job, struct bake_report *report, 
     } else {
         if (status == STATUS_OK) status = start_training(job, error);
         if (status == STATUS_OK) status = bake_train(job, error);
+        if (status == STATUS_OK) status = bake_view_stage(job, error);
     }
     if (status == STATUS_OK) status = bake_finish(job, report, error);
     if (status == STATUS_OK) checkpoint_remove(job->folder);
@@ -158,6 +167,8 @@ enum status bake_lamp_plan(const struct bake_options *options, const struct bake
         light_training_destroy(&job->light);
         transparency_destroy(job->transparency);
         paper_destroy(job->paper);
+        hull_destroy(job->view.hull);
+        view_field_destroy(job->view.field);
         held_out_destroy(&job->held_out);
         line_guide_destroy(job->guide);
         survey_fini(&job->survey);

@@ -10,6 +10,7 @@ enum bake_quality { BAKE_DRAFT, BAKE_STANDARD, BAKE_HIGH }; // fixed work: the s
 enum bake_size { BAKE_SIZE_SMALL, BAKE_SIZE_DEFAULT, BAKE_SIZE_LARGE }; // of the file
 // BAKE_PAPER: the published networks, for comparison (luminaire/paper.h); no other size, no resume.
 enum bake_preset { BAKE_COMPACT, BAKE_PAPER };
+enum bake_view { BAKE_VIEW_HULL, BAKE_VIEW_NONE }; // a hull for appearance=surface, or none
 enum bake_proxy { BAKE_PROXY_AUTO, BAKE_PROXY_SPHERE, BAKE_PROXY_BOX, BAKE_PROXY_CYLINDER, BAKE_PROXY_MESH };
 
 struct bake_options {
@@ -23,6 +24,7 @@ struct bake_options {
     double seconds; // > 0: as much work as fits in this wall time, instead of `quality`
     enum bake_proxy proxy;
     const char *proxy_path; // BAKE_PROXY_MESH: a closed mesh (.obj, .ply) in lamp coordinates that holds the lamp
+    enum bake_view view;
     bool resume; // go on from OUTPUT.checkpoint where there is one
 };
 

@@ -150,6 +150,10 @@ static enum status assemble(struct bake_job *job, const struct bake_report *repo
     const float flux[3] = {(float)job->survey.flux[0], (float)job->survey.flux[1], (float)job->survey.flux[2]};
     enum status status = job->paper ? assemble_paper(job, metadata, flux, luminaire, error)
                                     : assemble_compact(job, metadata, flux, luminaire, error);
+    if (status == STATUS_OK && job->view.hull) {
+        status = luminaire_set_view(*luminaire, job->view.hull, job->view.field, error);
+        job->view = (struct view_result){NULL, NULL};
+    }
     free(metadata);
     return status;
 }

@@ -5,6 +5,7 @@
 #include "bake/checkpoint.h"
 #include "bake/survey.h"
 #include "bake/training.h"
+#include "bake/view_bake.h"
 
 struct bake_plan { // how much work each stage does
     size_t survey_particles;
@@ -13,6 +14,7 @@ struct bake_plan { // how much work each stage does
     int log2_entries; // of the light field's tables
     bool packed; // tables in 4 bits a number
     struct evaluation_effort evaluation;
+    struct view_plan view; // chunks 0: no hull
 };
 
 struct bake_job {
@@ -33,6 +35,7 @@ struct bake_job {
     struct light_training light;
     struct transparency *transparency;
     struct paper *paper; // preset paper: in place of the two above; else NULL
+    struct view_result view;
     uint64_t identity; // of the lamp
 };
 
@@ -49,5 +52,9 @@ enum status bake_train(struct bake_job *job, struct error *error);
 // Preset paper: the same for the three published networks. Lowers the evaluation's effort to what they are fast enough
 // for.
 enum status bake_train_paper(struct bake_job *job, struct error *error);
+// Hull and view field, where the plan and the options want them.
+enum status bake_view_stage(struct bake_job *job, struct error *error);
+// The wall time that the stages after the light field's training take of a bake with --seconds.
+double bake_reserve_s(const struct bake_job *job);
 // Scale, sampling density, assembly, evaluation, file. Consumes the networks.
 enum status bake_finish(struct bake_job *job, struct bake_report *report, struct error *error);

@@ -8,6 +8,7 @@
 
 static const double checkpoint_period_s = 25, score_period_s = 4;
 static const double transparency_time_share = 0.15; // of a bake with --seconds
+static const double view_time_share = 0.2; // the same
 static const double finish_surveys = 3.5; // the last stage takes about as long as so many surveys
 
 static enum status save_checkpoint(struct bake_job *job, struct error *error) {
@@ -60,10 +61,22 @@ static enum status train_transparency(struct bake_job *job, double *last_checkpo
     return status;
 }
 
+double bake_reserve_s(const struct bake_job *job) {
+    return fmin(finish_surveys * job->survey_s, 0.4 * job->options->seconds);
+}
+
+static bool has_view(const struct bake_job *job) {
+    return job->options->view == BAKE_VIEW_HULL && job->plan.view.chunks > 0;
+}
+
+static double view_time(const struct bake_job *job) {
+    return has_view(job) ? view_time_share * job->options->seconds : 0;
+}
+
 static enum status train_light(struct bake_job *job, double *last_checkpoint_s, struct error *error) {
     const bool timed = job->options->seconds > 0;
-    const double start = clock_wall_s(), reserve = finish_surveys * job->survey_s;
-    const double stop = job->deadline_s - fmin(reserve, 0.4 * job->options->seconds);
+    const double start = clock_wall_s();
+    const double stop = job->deadline_s - bake_reserve_s(job) - view_time(job);
     double last_score_s = -score_period_s, score = NAN;
     size_t done_here = 0;
     enum status status = STATUS_OK;
@@ -97,4 +110,22 @@ enum status bake_train(struct bake_job *job, struct error *error) {
     double last_checkpoint_s = clock_wall_s();
     enum status status = train_transparency(job, &last_checkpoint_s, error);
     return status == STATUS_OK ? train_light(job, &last_checkpoint_s, error) : status;
+}
+
+// Not in the checkpoint: a resumed bake does this stage anew, with the same result.
+enum status bake_view_stage(struct bake_job *job, struct error *error) {
+    if (!has_view(job)) return STATUS_OK;
+    struct view_plan plan = job->plan.view;
+    plan.data = job->checkpoint.recipe.data;
+    if (job->options->seconds > 0) plan.seconds = fmax(1, job->deadline_s - bake_reserve_s(job) - clock_wall_s());
+    enum status status = view_bake(&job->view, &job->lamp, &plan, job->run, error);
+    if (status == STATUS_CANCELLED) {
+        enum status saved = save_checkpoint(job, error);
+        if (saved != STATUS_OK) return saved;
+        return error_set(error, STATUS_CANCELLED, "cancelled; the same command with --resume goes on from %s",
+                         job->folder);
+    }
+    if (status == STATUS_OK && !job->view.hull)
+        run_note(job->run, "nothing of this lamp can be seen as a hull; appearance=surface will not be possible");
+    return status;
 }

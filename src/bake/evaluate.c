@@ -238,6 +238,10 @@ char *evaluation_json(const struct evaluation *e) {
                             json_pack("{s:f, s:f, s:f, s:f}", "gain_db", (double)e->view_gain_db, "flip",
                                       (double)e->view_flip, "flip_black", (double)e->view_flip_black, "flip_noise",
                                       (double)e->view_flip_noise));
+    if (e->surface_measured)
+        json_object_set_new(
+            root, "surface",
+            json_pack("{s:f, s:f}", "gain_db", (double)e->surface_gain_db, "flip", (double)e->surface_flip));
     char *text = root ? json_dumps(root, JSON_COMPACT | JSON_REAL_PRECISION(6)) : NULL;
     json_decref(root);
     return text;

@@ -29,6 +29,8 @@ struct evaluation {
     // log(1 + x) less the noise, in dB below that of a black image; FLIP of both, and of a perfect luminaire.
     bool view_measured;
     float view_gain_db, view_flip, view_flip_black, view_flip_noise;
+    bool surface_measured; // the same pictures as the hull shows the lamp, where there is one
+    float surface_gain_db, surface_flip;
 };
 
 struct evaluation_effort {

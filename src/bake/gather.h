@@ -16,6 +16,10 @@ enum gather_stream { // separate random numbers for separate purposes
     STREAM_TRANSPARENCY,
     STREAM_SCALE,
     STREAM_EVALUATION,
+    STREAM_HULL = 64, // and the streams of view_bake.c
+    STREAM_VIEW_PILOT,
+    STREAM_VIEW,
+    STREAM_VIEW_SCALE,
 };
 
 struct lamp { // what is baked, as the tracers see it

@@ -9,7 +9,7 @@ struct bake_input {
     struct sconce_bake_options options;
 };
 
-enum { KEY_PROXY = 2000, KEY_RESUME, KEY_SIZE, KEY_PRESET };
+enum { KEY_PROXY = 2000, KEY_RESUME, KEY_SIZE, KEY_PRESET, KEY_VIEW };
 
 static const struct argp_option OPTIONS[] = {
     {"output", 'o', "FILE", 0, "the luminaire; default LAMP.safetensors", 1},
@@ -20,6 +20,8 @@ static const struct argp_option OPTIONS[] = {
     {"preset", KEY_PRESET, "NAME", 0,
      "compact (the default) or paper: the published networks, 17 MB, for comparison; they want days", 1},
     {"proxy", KEY_PROXY, "SHAPE", 0, "sphere, box, cylinder or a closed mesh's file (default: the tightest)", 1},
+    {"view", KEY_VIEW, "NAME", 0,
+     "hull (the default): the file also shows the lamp's surface, for appearance=surface; none: it does not", 1},
     {"resume", KEY_RESUME, 0, 0, "go on from where an interrupted bake stopped", 1},
     {0}};
 
@@ -53,6 +55,11 @@ static error_t parse(int key, char *argument, struct argp_state *state) {
         return 0;
     case KEY_PROXY:
         o->proxy = argument;
+        return 0;
+    case KEY_VIEW:
+        if (strcmp(argument, "hull") && strcmp(argument, "none"))
+            argp_error(state, "--view takes hull or none, not '%s'", argument);
+        o->view = argument;
         return 0;
     case KEY_RESUME:
         o->resume = true;

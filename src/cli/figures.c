@@ -35,6 +35,10 @@ static void print_json(const struct sconce_figures *f) {
                             json_pack("{s:f, s:f, s:f, s:f}", "gain_db", (double)f->view_gain_db, "flip",
                                       (double)f->view_flip, "flip_black", (double)f->view_flip_black, "flip_noise",
                                       (double)f->view_flip_noise));
+    if (f->surface_measured)
+        json_object_set_new(
+            json, "surface",
+            json_pack("{s:f, s:f}", "gain_db", (double)f->surface_gain_db, "flip", (double)f->surface_flip));
     json_print(json);
 }
 
@@ -61,6 +65,9 @@ void figures_print(const struct sconce_figures *f, bool json) {
     if (f->view_measured)
         printf("  direct view         %.1f dB above black; FLIP %.3f (black %.3f; %.3f by noise alone)\n",
                (double)f->view_gain_db, (double)f->view_flip, (double)f->view_flip_black, (double)f->view_flip_noise);
+    if (f->surface_measured)
+        printf("  the same by hull    %.1f dB above black; FLIP %.3f\n", (double)f->surface_gain_db,
+               (double)f->surface_flip);
     printf("  one light sample    relative variance %.2f (a uniform one: %.2f)\n", (double)f->sample_variance,
            (double)f->sample_variance_uniform);
     printf("  %.2f MB, %.1f s\n", 1e-6 * (double)f->bytes, f->seconds);

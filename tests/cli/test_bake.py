@@ -108,6 +108,22 @@ class Bake(unittest.TestCase):
         for ratio in all_pixels["mean_ratio"]:
             self.assertLess(abs(ratio - 1), 0.03)
 
+    def test_appearance_surface_shows_what_the_geometry_shows(self):
+        # The lamp's shell is translucent: what the room adds behind it comes through the transparency, as with neural.
+        self.assertGreater(json.loads(self.sconce("info", "lamp.safetensors").stdout)["hull"]["triangles"], 100)
+        self.sconce("render", "room.xml", "-o", "geometry.exr", "-q", "--spp", 256)
+        self.sconce("render", "room.xml", "-Dlamp=lamp.safetensors", "-Dappearance=surface", "-i", "path", "-o", "surface.exr", "-q")
+        for ratio in self.mean_blocks("surface.exr", "geometry.exr")["mean_ratio"]:
+            self.assertLess(abs(ratio - 1), 0.05)
+        message = self.sconce("render", "room.xml", "-Dlamp=lamp.safetensors", "-Dappearance=surface", "-Dkeep=all", "-i", "path", "-o", "x.exr", code=1).stderr
+        self.assertIn("keep none", message)
+
+    def test_a_bake_without_a_hull(self):
+        self.sconce("bake", "lamp.xml", "-o", "black_box.safetensors", "--seconds", 5, "--view", "none", "-q")
+        self.assertNotIn("hull", json.loads(self.sconce("info", "black_box.safetensors").stdout))
+        message = self.sconce("render", "room.xml", "-Dlamp=black_box.safetensors", "-Dappearance=surface", "-i", "path", "-o", "x.exr", code=1).stderr
+        self.assertIn("--view hull", message)
+
     def test_scaling_the_lamp_scales_its_light(self):
         means = []
         for scale in (0.5, 1):

@@ -1,0 +1,25 @@
+// Fewer triangles for the same shape: edge collapse by quadric error (Garland and Heckbert 1997, "Surface
+// Simplification Using Quadric Error Metrics").
+#pragma once
+
+#include "base/error.h"
+#include "math/vec.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+struct loose_mesh { // triangles of several parts; vertices are of one part each and joined within it
+    vec3 *positions;
+    uint32_t *vertex_part;
+    uint32_t (*triangles)[3];
+    size_t vertex_count, triangle_count;
+};
+
+void loose_mesh_fini(struct loose_mesh *mesh);
+// Joins vertices of one part at equal positions and drops triangles without area.
+enum status loose_mesh_join(struct loose_mesh *mesh, struct error *error);
+// Collapses edges, the least harmful first, while the surface moves by less than `tolerance`, and further until at most
+// `most` triangles are left. `stiffness` per part multiplies the distances that its surface moves by. Vertices that no
+// triangle uses are dropped; the order of the triangles is kept. Deterministic.
+enum status loose_mesh_simplify(struct loose_mesh *mesh, const float *stiffness, float tolerance, size_t most,
+                                struct error *error);
