@@ -44,15 +44,20 @@ static void write_curtain(struct mesh_writer *mesh) { add_sheet(mesh, NULL, curt
 // A duvet on a bed of 1.7 x 1.9: over the top at 0.55, down both sides and the foot (+z).
 static struct point duvet_at(const void *form, double s, double t) {
     (void)form;
-    double x = 2.35 * (s - 0.5), z = 2.05 * t, drop = 0, half = 0.87, end = 1.62;
-    double over_x = fabs(x) - half, over_z = z - end;
-    if (over_x > 0) drop = fmax(drop, over_x), x = (x > 0 ? 1 : -1) * (half + 0.05 * (1 - exp(-over_x / 0.05)));
-    if (over_z > 0) drop = fmax(drop, over_z), z = end + 0.05 * (1 - exp(-over_z / 0.05));
+    const double half = 0.87, end = 1.62, side = s < 0.5 ? -1 : 1; // where it turns down
+    double x = 2.35 * (s - 0.5), z = 2.05 * t, drop = 0, over_x = fabs(x) - half, over_z = z - end;
+    double hang = fmin(6 * fmax(fmax(over_x, over_z), 0), 1);
     double crease = 0.012 * wave(6 * s + 2 * t, 2) + 0.010 * wave(9 * t - 3 * s, 5);
-    double hang = fmin(drop * 6, 1);
-    return (struct point){x + (over_x > 0 ? 1 : 0) * hang * 0.012 * wave(22 * t, 4) * (x > 0 ? 1 : -1),
-                          0.55 + crease * (1 - hang) + 0.03 * sin(pi * s) * sin(pi * fmin(1, t)) - drop,
-                          z + (over_z > 0 ? 1 : 0) * hang * 0.012 * wave(22 * s, 6)};
+    if (over_x > 0) {
+        drop = over_x;
+        x = side * (half + 0.05 * (1 - exp(-over_x / 0.05)) + hang * 0.012 * wave(22 * t, 4));
+    }
+    if (over_z > 0) {
+        drop = fmax(drop, over_z);
+        z = end + 0.05 * (1 - exp(-over_z / 0.05)) + hang * 0.012 * wave(22 * s, 6);
+    }
+    double y = 0.55 + crease * (1 - hang) + 0.03 * sin(pi * s) * sin(pi * fmin(1, t)) - drop;
+    return (struct point){x, y, z};
 }
 
 static void write_duvet(struct mesh_writer *mesh) { add_sheet(mesh, NULL, duvet_at, 96, 112, 4, 4); }
@@ -184,8 +189,7 @@ static void write_books(struct mesh_writer *mesh) {
     for (int i = 0; i < 18 && x < 0.78; i++) {
         double thick = 0.022 + 0.026 * texture_hash(i, 1), high = 0.19 + 0.08 * texture_hash(i, 2),
                deep = 0.13 + 0.04 * texture_hash(i, 3);
-        double u = (texture_hash(i, 4) * 15.999);
-        u = (floor(u) + 0.5) / 16;
+        double u = (floor(15.999 * texture_hash(i, 4)) + 0.5) / 16;
         const struct point corners[8] = {
             {x, 0, 0},     {x + thick, 0, 0},     {x + thick, high, 0},     {x, high, 0},
             {x, 0, -deep}, {x + thick, 0, -deep}, {x + thick, high, -deep}, {x, high, -deep}};

@@ -13,7 +13,7 @@ static double fractal(double u, double v, int period) {
 // Grain along v.
 static struct color grain(double u, double v, double shift) {
     double wave = texture_noise(8 * u + 13 * shift, 2 * v + 7 * shift, 64);
-    double rings = 0.5 + 0.5 * sin(2 * 3.14159265 * (14 * u + 3.0 * wave));
+    double rings = 0.5 + 0.5 * sin(2 * pi * (14 * u + 3.0 * wave));
     double fibre = texture_noise(220 * u, 6 * v + 31 * shift, 256);
     struct color dark = {0.42, 0.27, 0.17}, light = {0.70, 0.51, 0.34};
     return color_mix(dark, light, 0.15 + 0.5 * rings * wave + 0.35 * fibre);
@@ -38,13 +38,13 @@ static struct color planks(double u, double v) {
 static struct color cloth(double u, double v) {
     double x = 64 * u, y = 64 * v;
     bool over = ((int)x + (int)y) % 2;
-    double thread = over ? sin(3.14159265 * (x - floor(x))) : sin(3.14159265 * (y - floor(y)));
+    double thread = over ? sin(pi * (x - floor(x))) : sin(pi * (y - floor(y)));
     double tone = 0.62 + 0.22 * thread + 0.16 * fractal(u, v, 16);
     return (struct color){tone, tone * 0.98, tone * 0.95};
 }
 
 static struct color marble(double u, double v) {
-    double vein = fabs(sin(3.14159265 * (2 * (u + v) + 2.4 * fractal(u, v, 4))));
+    double vein = fabs(sin(pi * (2 * (u + v) + 2.4 * fractal(u, v, 4))));
     double cloud = fractal(u + 0.3, v + 0.7, 6);
     struct color stone = color_mix((struct color){0.86, 0.84, 0.80}, (struct color){0.74, 0.71, 0.68}, cloud);
     return color_mix((struct color){0.38, 0.34, 0.31}, stone, fmin(1, 0.35 + 2.6 * vein));
