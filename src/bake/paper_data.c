@@ -92,7 +92,7 @@ static void gather_view(void *user, size_t index, int worker) {
     store(view->s, s);
     for (int pixel = 0; pixel < PAPER_PIXELS; pixel++) {
         rgb sum = {0, 0, 0};
-        for (int k = 0; k < PAPER_TRACES; k++) {
+        for (int k = 0; k < PAPER_PIXEL_TRACES; k++) {
             vec2 jitter = sampler_2d(&sampler);
             float p[2] = {((float)(pixel % PAPER_SIDE) + jitter.x) / PAPER_SIDE,
                           ((float)(pixel / PAPER_SIDE) + jitter.y) / PAPER_SIDE},
@@ -103,7 +103,7 @@ static void gather_view(void *user, size_t index, int worker) {
             vec3 exit = vec3_mad(w, sqrtf(fmaxf(0, half2)) - along, s);
             sum = rgb_add(sum, mean_radiance(job->lamp, exit, w, 1, &sampler));
         }
-        sum = rgb_scale(sum, 1.0f / PAPER_TRACES);
+        sum = rgb_scale(sum, 1.0f / PAPER_PIXEL_TRACES);
         store(view->radiance[pixel], (vec3){sum.r, sum.g, sum.b});
     }
 }

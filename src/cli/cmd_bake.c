@@ -72,8 +72,8 @@ static error_t parse(int key, char *argument, struct argp_state *state) {
         return 0;
     case ARGP_KEY_END:
         if (o->quality && o->seconds > 0) argp_error(state, "--quality and --seconds exclude each other");
-        if (o->preset && !strcmp(o->preset, "paper") && (o->resume || o->size))
-            argp_error(state, "--preset paper has one size and writes no checkpoints: no --size, no --resume");
+        if (o->preset && !strcmp(o->preset, "paper") && (o->resume || o->size || o->view))
+            argp_error(state, "--preset paper has one form and no checkpoints: no --size, no --view, no --resume");
         return 0;
     default:
         return ARGP_ERR_UNKNOWN;

@@ -3,12 +3,11 @@
 // folder. Positions are relative to the bounding sphere's centre, in its radii.
 //   eval          u where the line leaves the sphere, w its direction, each encoded by 10 frequencies -> log(1 + L)
 //   transparency  the same -> T through a sigmoid
-//   sampling      a shading point, contracted beyond the sphere -> log(1 + x) of the 16x16 picture of the lamp as seen
-//   from it
+//   sampling      a shading point -> log(1 + x) of the 16x16 picture of the lamp as seen from it
 // Losses: squared error of log(1 + x); for the picture also that of its mean. Adam: net/dense_trainer.h.
-// What is ours: the picture covers the sphere's cone uniformly in solid angle (sampling_view.c) instead of a square in
-// perspective, and samples come from it mixed with a small uniform share at their exact density, so that their weights
-// are unbiased with respect to the model.
+// What is ours: shading points outside the sphere are contracted to radius 2; the picture covers the sphere's cone
+// uniformly in solid angle (sampling_view.c) instead of a square in perspective; samples come from it mixed with a
+// small uniform share at their exact density, so that their weights are unbiased with respect to the model.
 #pragma once
 
 #include "luminaire/build.h"
