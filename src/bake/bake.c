@@ -7,10 +7,10 @@
 
 #include "bake/bake_job.h"
 #include "bake/lamp_check.h"
-#include "bake/lamp_identity.h"
 #include "bake/lamp_proxy.h"
 #include "luminaire/hull.h"
 #include "luminaire/paper.h"
+#include "scene/lamp_identity.h"
 
 // By quality, aims at 20 s, 2 minutes and half an hour on 2 cores.
 static const struct bake_plan plans[] = {

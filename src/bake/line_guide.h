@@ -6,12 +6,7 @@
 #pragma once
 
 #include "bake/gather.h"
-
-struct emission_cluster {
-    vec3 center;
-    float radius; // holds its emission points
-    float share; // of the emitted power
-};
+#include "trace/emission_cluster.h"
 
 struct line_guide;
 

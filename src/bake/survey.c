@@ -1,99 +1,18 @@
-// Third step of a bake. The clusters come from a farthest-point traversal (Gonzalez 1985), then Lloyd's iterations,
-// over points drawn from the emitters in proportion to their power.
+// Third step of a bake.
 #include "bake/survey.h"
 
 #include <stdlib.h>
 
-#include "math/distribution.h"
-
-enum { EMISSION_POINTS = 16384, LLOYD_STEPS = 8, STATISTICS_EXITS = 200000 };
-static const float cluster_reach = 0.1f; // [proxy radius]
+enum { STATISTICS_EXITS = 200000 };
 static const float least_shell_gap = 0.04f, pass_margin = 1.25f;
-
-static enum status draw_emission_points(vec3 *points, const struct lamp *lamp, struct error *error) {
-    const struct scene *scene = lamp->scene;
-    float *powers = calloc(scene->emitter_count, sizeof *powers);
-    if (!powers) return error_set(error, STATUS_MEMORY, "out of memory for %zu emitters", scene->emitter_count);
-    for (size_t i = 0; i < scene->emitter_count; i++) powers[i] = fmaxf(0, rgb_mean(scene->emitters[i]->power));
-    struct distribution pick;
-    enum status status = distribution_init(&pick, powers, scene->emitter_count, error);
-    free(powers);
-    if (status != STATUS_OK) return status;
-    vec3 last = {lamp->proxy.center[0], lamp->proxy.center[1], lamp->proxy.center[2]};
-    for (size_t i = 0; i < EMISSION_POINTS; i++) {
-        struct sampler sampler = sampler_make(0x656d69, 0, i); // the same clusters for every seed
-        const struct emitter *emitter = scene->emitters[distribution_sample(&pick, sampler_1d(&sampler), NULL)];
-        struct emission_sample sample;
-        vec2 u_position = sampler_2d(&sampler), u_direction = sampler_2d(&sampler);
-        if (emitter->type->sample_emission(emitter, u_position, u_direction, &sample)) last = sample.ray.origin;
-        points[i] = last;
-    }
-    distribution_fini(&pick);
-    return STATUS_OK;
-}
 
 static float distance2(vec3 a, vec3 b) {
     vec3 d = vec3_sub(a, b);
     return vec3_dot(d, d);
 }
 
-static size_t nearest_cluster(const struct survey *survey, vec3 p) {
-    size_t nearest = 0;
-    for (size_t c = 1; c < survey->cluster_count; c++)
-        if (distance2(p, survey->clusters[c].center) < distance2(p, survey->clusters[nearest].center)) nearest = c;
-    return nearest;
-}
-
-static void spread_clusters(struct survey *survey, const vec3 *points, float reach) {
-    survey->clusters[0].center = points[0];
-    survey->cluster_count = 1;
-    while (survey->cluster_count < SURVEY_CLUSTERS) {
-        float farthest = 0;
-        size_t candidate = 0;
-        for (size_t i = 0; i < EMISSION_POINTS; i++) {
-            float d2 = distance2(points[i], survey->clusters[nearest_cluster(survey, points[i])].center);
-            if (d2 > farthest) {
-                farthest = d2;
-                candidate = i;
-            }
-        }
-        if (farthest <= reach * reach) break;
-        survey->clusters[survey->cluster_count++].center = points[candidate];
-    }
-}
-
-static void refine_clusters(struct survey *survey, const vec3 *points) {
-    vec3 sums[SURVEY_CLUSTERS] = {{0, 0, 0}};
-    size_t counts[SURVEY_CLUSTERS] = {0};
-    for (size_t i = 0; i < EMISSION_POINTS; i++) {
-        size_t c = nearest_cluster(survey, points[i]);
-        sums[c] = vec3_add(sums[c], vec3_sub(points[i], survey->clusters[c].center));
-        counts[c]++;
-    }
-    for (size_t c = 0; c < survey->cluster_count; c++) {
-        if (counts[c] == 0) continue;
-        survey->clusters[c].center = vec3_mad(sums[c], 1.0f / (float)counts[c], survey->clusters[c].center);
-        survey->clusters[c].share = (float)counts[c] / EMISSION_POINTS;
-    }
-}
-
 enum status survey_clusters(struct survey *survey, const struct lamp *lamp, struct error *error) {
-    vec3 *points = malloc(EMISSION_POINTS * sizeof *points);
-    if (!points) return error_set(error, STATUS_MEMORY, "out of memory for the emission points");
-    enum status status = draw_emission_points(points, lamp, error);
-    if (status == STATUS_OK) {
-        // A ball of twice the reach may be one cluster: its centre is found by the refinement.
-        spread_clusters(survey, points, 2 * cluster_reach * lamp->proxy.radius);
-        for (int step = 0; step < LLOYD_STEPS; step++) refine_clusters(survey, points);
-        for (size_t i = 0; i < EMISSION_POINTS; i++) {
-            struct emission_cluster *cluster = &survey->clusters[nearest_cluster(survey, points[i])];
-            cluster->radius = fmaxf(cluster->radius, sqrtf(distance2(points[i], cluster->center)));
-        }
-        for (size_t c = 0; c < survey->cluster_count; c++)
-            survey->clusters[c].radius = fmaxf(survey->clusters[c].radius, 1e-3f * lamp->proxy.radius);
-    }
-    free(points);
-    return status;
+    return emission_clusters_find(survey->clusters, &survey->cluster_count, lamp->scene, -1, lamp->proxy.radius, error);
 }
 
 static bool passes_cluster(const struct survey *survey, const struct line_exit *exit) {

@@ -4,7 +4,7 @@
 #include "bake/gather.h"
 #include "bake/line_guide.h"
 
-enum { SURVEY_CLUSTERS = 64, SURVEY_SHELLS = 4 };
+enum { SURVEY_CLUSTERS = EMISSION_CLUSTERS, SURVEY_SHELLS = 4 };
 
 struct survey {
     double flux[3], flux_noise[3]; // per channel, and its relative standard error
@@ -17,8 +17,7 @@ struct survey {
     size_t shell_count;
 };
 
-// Finds the emission clusters: the fewest, up to 64, such that no emission point is farther than a tenth of the proxy's
-// radius from its cluster's centre.
+// The lamp's emission clusters (trace/emission_cluster.h).
 enum status survey_clusters(struct survey *survey, const struct lamp *lamp, struct error *error);
 // Traces `particles` particles of the stream and fills the rest. STATUS_INVALID: no light leaves the lamp.
 enum status survey_exits(struct survey *survey, const struct lamp *lamp, enum gather_stream stream, size_t particles,

@@ -1,4 +1,4 @@
-// Single lines through a lamp, for the baker. The aimed bounce is a one-sample mixture of BSDF sampling and of cones
+// Single lines through a lamp. The aimed bounce is a one-sample mixture of BSDF sampling and of cones
 // towards the emitters, weighted by the balance heuristic (Veach and Guibas 1995): the direction only is aimed, the
 // path then goes on through whatever glass stands in between, which is where a shadow ray would have stopped. A cone is
 // chosen in proportion to its solid angle, so that the mixture's density is (cones that hold w) / (their sum).
@@ -63,6 +63,7 @@ struct bounce {
     vec3 wo;
     rgb weight;
     float eta;
+    bool delta;
 };
 
 static bool bounce_sample(const struct surface *surface, vec3 wi, const struct fork *fork, struct sampler *sampler,
@@ -73,7 +74,7 @@ static bool bounce_sample(const struct surface *surface, vec3 wi, const struct f
     if (!mixed || u_method < bsdf_share) {
         struct bsdf_sample sample;
         if (!surface_sample_bsdf(surface, wi, (vec3){u.x, u.y, u_third}, TRANSPORT_RADIANCE, &sample)) return false;
-        *bounce = (struct bounce){sample.wo, rgb_mul(sample.weight, fork->weight), sample.eta};
+        *bounce = (struct bounce){sample.wo, rgb_mul(sample.weight, fork->weight), sample.eta, sample.delta};
         if (!mixed) return true;
         float share = bsdf_share;
         if (!sample.delta) share += (1 - bsdf_share) * aims_pdf(aims, aim_count, surface->p, sample.wo) / sample.pdf;
@@ -85,54 +86,98 @@ static bool bounce_sample(const struct surface *surface, vec3 wi, const struct f
     if (rgb_is_black(f)) return false;
     float pdf = bsdf_share * surface_pdf_bsdf(surface, wi, wo, TRANSPORT_RADIANCE) +
                 (1 - bsdf_share) * aims_pdf(aims, aim_count, surface->p, wo);
-    *bounce = (struct bounce){wo, rgb_scale(f, fork->inverse_share / pdf), 1};
+    *bounce = (struct bounce){wo, rgb_scale(f, fork->inverse_share / pdf), 1, false};
     return pdf > 0;
 }
 
-void trace_line_radiance(const struct scene *scene, const struct ray *camera, struct sampler *sampler,
-                         const struct aim *aims, size_t aim_count, int max_depth, struct line_hit *out) {
-    *out = (struct line_hit){.distance = camera->t_max};
-    struct ray ray = *camera;
-    struct surface surface, from;
-    bool has_from = false;
-    rgb beta = rgb_gray(1);
+// To the next surface of the lamp, and what the way there absorbs.
+static bool walk_advance(struct line_walk *walk) {
+    while (scene_intersect(walk->scene, &walk->ray, -1, &walk->surface)) {
+        walk->beta = rgb_mul(walk->beta, segment_absorption(walk->has_from ? &walk->from : NULL, &walk->surface,
+                                                            walk->ray.direction, walk->surface.t));
+        if (walk->surface.shape->luminaire == walk->luminaire) return true;
+        walk->beta = rgb_mul(walk->beta, surface_through(&walk->surface, vec3_neg(walk->ray.direction)));
+        if (rgb_is_black(walk->beta)) return false;
+        walk->from = walk->surface;
+        walk->has_from = true;
+        walk->ray = surface_spawn_ray(&walk->surface, walk->ray.direction);
+    }
+    return false;
+}
+
+bool line_walk_begin(struct line_walk *walk, const struct scene *scene, int luminaire, const struct ray *ray,
+                     const struct surface *from) {
+    walk->scene = scene;
+    walk->luminaire = luminaire;
+    walk->ray = *ray;
+    walk->beta = rgb_gray(1);
+    if ((walk->has_from = from != NULL)) walk->from = *from;
+    walk->particles_too = false;
+    return walk_advance(walk);
+}
+
+void line_walk_begin_at(struct line_walk *walk, const struct scene *scene, const struct ray *ray,
+                        const struct surface *from, const struct surface *surface) {
+    walk->scene = scene;
+    walk->luminaire = surface->shape->luminaire;
+    walk->ray = *ray;
+    walk->surface = *surface;
+    walk->has_from = false;
+    walk->particles_too = false;
+    walk->beta = segment_absorption(from, surface, ray->direction, surface->t);
+}
+
+void line_walk_radiance(const struct line_walk *begun, struct sampler *sampler, const struct aim *aims,
+                        size_t aim_count, int max_depth, struct line_hit *out) {
+    *out = (struct line_hit){.distance = begun->ray.t_max};
+    struct line_walk walk = *begun;
     float eta = 1, travelled = 0;
     const uint32_t first_dimension = sampler->dimension;
-    for (uint32_t edge = 0, depth = 0; max_depth < 0 || depth < (uint32_t)max_depth; edge++) {
-        if (!scene_intersect(scene, &ray, -1, &surface)) break;
+    for (uint32_t edge = 0, depth = 0;; edge++) {
         sampler->dimension = first_dimension + edge * DIMENSIONS_PER_EDGE;
-        vec3 wi = vec3_neg(ray.direction);
-        travelled += surface.t;
-        beta = rgb_mul(beta, segment_absorption(has_from ? &from : NULL, &surface, ray.direction, surface.t));
-        rgb emitted = rgb_mul(beta, surface_emission(&surface, wi));
-        if (rgb_is_finite(emitted)) out->radiance = rgb_add(out->radiance, emitted);
+        vec3 wi = vec3_neg(walk.ray.direction);
+        travelled += walk.surface.t;
+        rgb emitted = rgb_mul(walk.beta, surface_emission(&walk.surface, wi));
+        bool hidden = walk.particles_too && depth == 0 && walk.scene->hide_emitters;
+        if (rgb_is_finite(emitted) && !hidden) out->radiance = rgb_add(out->radiance, emitted);
         struct fork fork = fork_none();
         float u_fork = sampler_1d(sampler), u_roulette = sampler_1d(sampler);
-        if (surface_bsdf_flags(&surface) & BSDF_NULL) fork = fork_choose(&surface, wi, u_fork);
+        if (surface_bsdf_flags(&walk.surface) & BSDF_NULL) fork = fork_choose(&walk.surface, wi, u_fork);
         if (!fork.passes && !out->hit) {
             out->hit = true;
             out->distance = travelled;
         }
+        walk.from = walk.surface;
+        walk.has_from = true;
         if (fork.passes) {
-            beta = rgb_mul(beta, fork.weight);
-            ray = surface_spawn_ray(&surface, ray.direction);
+            walk.beta = rgb_mul(walk.beta, fork.weight);
+            walk.ray = surface_spawn_ray(&walk.from, walk.ray.direction);
         } else {
             struct bounce bounce;
-            if (!bounce_sample(&surface, wi, &fork, sampler, aims, aim_count, &bounce)) break;
-            beta = rgb_mul(beta, bounce.weight);
+            if (!bounce_sample(&walk.from, wi, &fork, sampler, aims, aim_count, &bounce)) break;
+            if (walk.particles_too && depth == 0 && !bounce.delta) break;
+            walk.beta = rgb_mul(walk.beta, bounce.weight);
             eta *= bounce.eta;
             depth++;
-            ray = surface_spawn_ray(&surface, bounce.wo);
+            walk.ray = surface_spawn_ray(&walk.from, bounce.wo);
         }
-        if (!rgb_is_finite(beta) || rgb_is_black(beta)) break;
+        if (!rgb_is_finite(walk.beta) || rgb_is_black(walk.beta)) break;
         if (depth >= (uint32_t)roulette_depth) {
-            float survival = fminf(rgb_max(beta) * eta * eta, 0.95f);
+            float survival = fminf(rgb_max(walk.beta) * eta * eta, 0.95f);
             if (u_roulette >= survival) break;
-            beta = rgb_scale(beta, 1 / survival);
+            walk.beta = rgb_scale(walk.beta, 1 / survival);
         }
-        from = surface;
-        has_from = true;
+        if ((max_depth >= 0 && depth >= (uint32_t)max_depth) || !walk_advance(&walk)) break;
     }
+}
+
+void trace_line_radiance(const struct scene *scene, const struct ray *ray, struct sampler *sampler,
+                         const struct aim *aims, size_t aim_count, int max_depth, struct line_hit *out) {
+    struct line_walk walk;
+    if (line_walk_begin(&walk, scene, -1, ray, NULL))
+        line_walk_radiance(&walk, sampler, aims, aim_count, max_depth, out);
+    else
+        *out = (struct line_hit){.distance = ray->t_max};
 }
 
 rgb trace_line_transmittance(const struct scene *scene, const struct ray *straight, struct sampler *sampler,

@@ -1,5 +1,6 @@
-// Single lines through a lamp-only scene, for the baker: how much radiance comes back along a ray, and how much of the
-// light behind the lamp gets through it.
+// Single lines through a lamp: how much of its own radiance comes back along a ray, and how much of the light behind
+// the lamp gets through it. The lamp is the geometry of one luminaire instance of a scene, or, for the baker, a scene
+// of its own (luminaire -1).
 #pragma once
 
 #include "math/sampler.h"
@@ -10,16 +11,39 @@ struct aim { // a sphere around a cluster of emitters
     float radius;
 };
 
+struct line_walk { // a path through a lamp, at a surface of it
+    const struct scene *scene;
+    int luminaire;
+    struct ray ray; // that arrives there
+    struct surface surface, from; // from: where the ray starts; only with has_from
+    bool has_from;
+    rgb beta;
+    bool particles_too; // false after line_walk_begin; see line_walk_radiance
+};
+
+// Follows a ray that starts at `from` (NULL: in the open) to the lamp. What lets light straight through on the way dims
+// it; false where the ray meets anything else first, or nothing.
+bool line_walk_begin(struct line_walk *walk, const struct scene *scene, int luminaire, const struct ray *ray,
+                     const struct surface *from);
+// The same where it is known that the first surface on the ray is `surface`, and that it is the lamp's.
+void line_walk_begin_at(struct line_walk *walk, const struct scene *scene, const struct ray *ray,
+                        const struct surface *from, const struct surface *surface);
+
 struct line_hit {
-    rgb radiance; // an unbiased estimate of what arrives at ray->origin from ray->direction (light travels along
-                  // -direction)
+    rgb radiance; // an unbiased estimate of what arrives at the walk's first origin (light travels along -direction)
     float distance; // of the first surface that scatters, where `hit`
     bool hit;
 };
 
-// Path tracing in which emitters are hit by chance (a shadow ray would always end at the lamp's shell); where the
-// scattering is not a delta, 60 % of the directions aim at the spheres (aim_count may be 0). max_depth in edges, -1:
-// unlimited.
+// Path tracing in which the lamp's emitters are hit by chance (a shadow ray would always end at the lamp's shell);
+// where the scattering is not a delta, 60 % of the directions aim at the spheres (aim_count may be 0). A path that
+// meets what does not belong to the lamp ends there: it brings none of the lamp's own light. max_depth in edges, at
+// least 1; -1: unlimited. `particles_too`: the ray is a camera's, and particles bring what its first vertex scatters by
+// no delta, so this leaves it out (and what hide_emitters hides).
+void line_walk_radiance(const struct line_walk *walk, struct sampler *sampler, const struct aim *aims, size_t aim_count,
+                        int max_depth, struct line_hit *out);
+
+// Both in one, for a lamp's own scene.
 void trace_line_radiance(const struct scene *scene, const struct ray *ray, struct sampler *sampler,
                          const struct aim *aims, size_t aim_count, int max_depth, struct line_hit *out);
 

@@ -1,5 +1,5 @@
 // The identity of a lamp: what a checkpoint is refused by, and what the file remembers of its source.
-#include "bake/lamp_identity.h"
+#include "scene/lamp_identity.h"
 
 #include <stdlib.h>
 
