@@ -153,6 +153,10 @@ struct sconce_render_options {
     int width, height; // 0: the scene's
     int max_depth; // 0: the scene's; -1: unlimited
     bool skip_missing;
+    // Full transport in the mean, whatever the baked lamps' errors: integrator "path" traces the geometry they were
+    // baked from and uses their light fields to aim its samples and to take noise out of them. Errors: that geometry is
+    // not found, or is not what was baked. keep and appearance of the lamps are ignored.
+    bool unbiased;
     float exposure; // of a .png; 0: automatic
     const char
         *mask; // an .exr to write as well: 1 where the camera sees no baked lamp, directly or in a mirror; or NULL

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "scene/lamp_identity.h"
 #include "scene/load_private.h"
 
 struct luminaire_shape {
@@ -75,6 +76,36 @@ static enum status baked_file(struct loader *loader, const char *path, const str
     return STATUS_OK;
 }
 
+// The geometry must be what the lamp was baked from, for its light is corrected by it.
+static enum status check_geometry(struct loader *loader, const struct object *object, const struct luminaire *luminaire,
+                                  const char *baked, const char *geometry) {
+    const char *expected = luminaire_metadata(luminaire, "bake.source_hash");
+    struct scene_options options = *loader->options;
+    options.lamp_only = true;
+    options.unbiased = false;
+    struct run silent = {.threads = loader->run->threads, .seed = loader->run->seed};
+    struct scene lamp;
+    struct error error = {0};
+    uint64_t identity = 0;
+    enum status status = scene_load(&lamp, geometry, &options, &silent, &error);
+    if (!status) {
+        status = lamp_identity(&lamp, &identity, &error);
+        scene_fini(&lamp);
+    }
+    if (status)
+        return error_at(loader->error, object->place,
+                        "an unbiased rendering needs the geometry that '%s' was baked from: %s; name the lamp's XML by "
+                        "<string name=\"geometry\" value=\"...\"/>, or render without --unbiased",
+                        baked, error.text);
+    char found[24];
+    snprintf(found, sizeof found, "%016llx", (unsigned long long)identity);
+    if (!expected || !strcmp(found, expected)) return STATUS_OK;
+    return error_at(loader->error, object->place,
+                    "'%s' was baked from another lamp than '%s' is now; bake it again, or name what it was baked from "
+                    "by <string name=\"geometry\" value=\"...\"/>",
+                    baked, geometry);
+}
+
 static enum status load_baked(struct loader *loader, const struct object *object, const struct luminaire_shape *shape,
                               const char *path, struct placement placement) {
     struct scene *scene = loader->scene;
@@ -91,12 +122,14 @@ static enum status load_baked(struct loader *loader, const struct object *object
     const struct luminaire *luminaire = NULL;
     enum status status = baked_file(loader, path, &luminaire);
     if (status) return status;
-    instances[count] = (struct luminaire_instance){
-        luminaire,     placement.to_world, scale, (enum keep_geometry)shape->keep, (enum appearance)shape->appearance,
-        placement.dim, object->place};
+    bool unbiased = loader->options->unbiased;
+    enum keep_geometry keep = unbiased ? KEEP_ALL : (enum keep_geometry)shape->keep;
+    enum appearance appearance = unbiased ? APPEARANCE_NEURAL : (enum appearance)shape->appearance;
+    instances[count] = (struct luminaire_instance){luminaire,  placement.to_world, scale,        keep,
+                                                   appearance, placement.dim,      object->place};
     scene->luminaires = instances;
     scene->luminaire_count = count + 1;
-    if (shape->appearance == APPEARANCE_SURFACE) {
+    if (appearance == APPEARANCE_SURFACE) {
         if (shape->keep != KEEP_NONE)
             return error_at(loader->error, object->place,
                             "appearance surface goes with keep none; kept geometry is seen with appearance geometry");
@@ -105,7 +138,7 @@ static enum status load_baked(struct loader *loader, const struct object *object
                             "'%s' was baked without a hull; bake it with --view hull, or use another appearance", path);
         return load_hull(loader, &instances[count], (int)count);
     }
-    if (shape->keep == KEEP_NONE && shape->appearance == APPEARANCE_NEURAL) return STATUS_OK;
+    if (keep == KEEP_NONE && appearance == APPEARANCE_NEURAL) return STATUS_OK;
 
     const char *source = luminaire_metadata(luminaire, "bake.source");
     char geometry[PATH_MAX];
@@ -119,7 +152,8 @@ static enum status load_baked(struct loader *loader, const struct object *object
                         "name the lamp's XML by <string name=\"geometry\" value=\"...\"/>",
                         path);
     placement.luminaire = (int)count;
-    placement.opaque_only = shape->keep != KEEP_ALL && shape->appearance == APPEARANCE_NEURAL;
+    placement.opaque_only = keep != KEEP_ALL && appearance == APPEARANCE_NEURAL;
+    if (unbiased && (status = check_geometry(loader, object, luminaire, path, geometry))) return status;
     return expand(loader, object, geometry, placement);
 }
 

@@ -8,12 +8,14 @@
 
 enum { CAUSTIC_WAVE = 64 }; // blocks traced before their splats are added, which bounds their memory
 static const double particles_per_pixel = 0.25;
+static const double emitted_per_pixel = 2; // of an unbiased rendering
 
 struct caustic {
     const struct scene *scene;
+    const struct residual *residual; // or NULL
     struct camera camera;
     bool hidden;
-    struct caustic_targets *targets; // for every lamp
+    struct caustic_targets *targets; // for every lamp; empty with a residual
     struct caustic_block *blocks;
     size_t block_count;
     struct caustic_worker *workers;
@@ -50,24 +52,28 @@ static enum status worker_init(struct caustic_worker *worker, const struct scene
     return crossing_batch_init(&worker->crossings, scene, CAUSTIC_BLOCK * scene->luminaire_count, error);
 }
 
-static double lamp_weight(const struct luminaire_instance *instance, const struct caustic_targets *targets) {
+static double lamp_weight(const struct caustic *caustic, size_t luminaire) {
+    const struct luminaire_instance *instance = &caustic->scene->luminaires[luminaire];
+    if (caustic->residual) return residual_power(caustic->residual, (int)luminaire);
     float flux[3];
     luminaire_flux(instance->luminaire, flux);
     rgb power = rgb_mul((rgb){flux[0], flux[1], flux[2]}, instance->dim);
-    return targets->weight * (double)rgb_mean(power) * (double)sqrf(instance->scale);
+    return caustic->targets[luminaire].weight * (double)rgb_mean(power) * (double)sqrf(instance->scale);
 }
 
 // Every lamp that lights a target gets its share, and at least one block.
 static enum status plan_blocks(struct caustic *caustic, struct error *error) {
     const struct scene *scene = caustic->scene;
     const struct sensor *sensor = scene->sensor;
-    double wanted = particles_per_pixel * sensor->crop_width * sensor->crop_height, sum = 0;
-    for (size_t i = 0; i < scene->luminaire_count; i++) sum += lamp_weight(&scene->luminaires[i], &caustic->targets[i]);
+    double wanted =
+               (caustic->residual ? emitted_per_pixel : particles_per_pixel) * sensor->crop_width * sensor->crop_height,
+           sum = 0;
+    for (size_t i = 0; i < scene->luminaire_count; i++) sum += lamp_weight(caustic, i);
     if (!(sum > 0)) return STATUS_OK;
     caustic->blocks = calloc((size_t)(wanted / CAUSTIC_BLOCK) + 2 * scene->luminaire_count, sizeof *caustic->blocks);
     if (!caustic->blocks) return error_set(error, STATUS_MEMORY, "out of memory for the plan of particles");
     for (uint32_t i = 0; i < scene->luminaire_count; i++) {
-        double share = lamp_weight(&scene->luminaires[i], &caustic->targets[i]) / sum;
+        double share = lamp_weight(caustic, i) / sum;
         if (!(share > 0)) continue;
         size_t count = (size_t)ceil(share * wanted / CAUSTIC_BLOCK);
         for (size_t k = 0; k < count; k++)
@@ -82,7 +88,7 @@ static enum status caustic_init(struct caustic *caustic, const struct run *run, 
     caustic->targets = calloc(scene->luminaire_count, sizeof *caustic->targets);
     if (!caustic->targets) return error_set(error, STATUS_MEMORY, "out of memory for the caustics");
     enum status status = STATUS_OK;
-    for (uint32_t i = 0; status == STATUS_OK && i < scene->luminaire_count; i++)
+    for (uint32_t i = 0; status == STATUS_OK && !caustic->residual && i < scene->luminaire_count; i++)
         status = caustic_targets_init(&caustic->targets[i], scene, i, error);
     if (status == STATUS_OK) status = plan_blocks(caustic, error);
     if (status != STATUS_OK || !caustic->block_count) return status;
@@ -94,14 +100,15 @@ static enum status caustic_init(struct caustic *caustic, const struct run *run, 
     return status;
 }
 
-enum status caustic_create(struct caustic **result, const struct scene *scene, const struct run *run,
-                           struct error *error) {
+enum status caustic_create(struct caustic **result, const struct scene *scene, const struct residual *residual,
+                           const struct run *run, struct error *error) {
     *result = NULL;
-    bool deep_enough = scene->max_depth < 0 || scene->max_depth >= 3;
+    bool deep_enough = scene->max_depth < 0 || scene->max_depth >= (residual ? 2 : 3);
     if (!scene->luminaire_count || !deep_enough) return STATUS_OK;
     struct caustic *caustic = calloc(1, sizeof *caustic);
     if (!caustic) return error_set(error, STATUS_MEMORY, "out of memory for the caustics");
     caustic->scene = scene;
+    caustic->residual = residual;
     caustic->hidden = scene_has_hidden_geometry(scene);
     camera_init(&caustic->camera, scene);
     enum status status = caustic_init(caustic, run, error);
@@ -129,8 +136,9 @@ static void trace_block(void *user, size_t index, int worker) {
     splat_list_clear(&caustic->lists[index]);
     if (run_cancelled(caustic->run)) return;
     const struct caustic_block *block = &caustic->blocks[caustic->first + index];
-    struct caustic_job job = {caustic->scene,  &caustic->camera,   &caustic->targets[block->luminaire],
-                              caustic->hidden, caustic->run->seed, caustic->pass};
+    struct caustic_job job = {
+        caustic->scene,  caustic->residual,  &caustic->camera, &caustic->targets[block->luminaire],
+        caustic->hidden, caustic->run->seed, caustic->pass};
     caustic_trace_block(&job, block, &caustic->workers[worker], &caustic->lists[index]);
 }
 

@@ -5,6 +5,8 @@
 //     latter is not on a lamp that shows its real geometry. Particles from the lamps find exactly these;
 //   - all others: path tracing.
 // Which class a path is in is known from either end alone: from the events at its first and its last vertex.
+// In an unbiased rendering (residual.h) particles start at the lamps' emitters, and paths count as caustic too whose
+// last line is not near, or which have no vertex in the room.
 #pragma once
 
 #include "trace/film.h"
@@ -12,9 +14,11 @@
 #include "scene/scene.h"
 
 struct caustic;
-// *caustic is NULL where no particle could find anything: then path tracing has to count all paths.
-enum status caustic_create(struct caustic **caustic, const struct scene *scene, const struct run *run,
-                           struct error *error);
+struct residual;
+// *caustic is NULL where no particle could find anything: then path tracing has to count all paths. `residual`: NULL,
+// or of an unbiased rendering; it has to outlive *caustic.
+enum status caustic_create(struct caustic **caustic, const struct scene *scene, const struct residual *residual,
+                           const struct run *run, struct error *error);
 void caustic_destroy(struct caustic *caustic); // NULL is allowed
 // Adds one pass of caustics to film->pass; the same for any number of threads. *dropped grows by the contributions that
 // were not finite.

@@ -15,6 +15,12 @@ static struct sampler particle_sampler(const struct caustic_job *job, const stru
     return sampler_make(job->seed, stream, job->pass);
 }
 
+// Of the particles of one lamp and pass.
+static float stratified(const struct caustic_block *block, size_t i, float jitter) {
+    double u = ((double)(block->first + i) + (double)jitter) / (double)block->total;
+    return fminf((float)u, 0x1.fffffep-1f);
+}
+
 // The lamps on an edge between two vertices, but for `a` and `b`, whose geometry its ends are on (or -1).
 static void add_crossings(const struct caustic_job *job, struct caustic_worker *worker, uint32_t item,
                           const struct ray *ray, float t_end, int a, int b, bool to_camera) {
@@ -36,8 +42,7 @@ static void sample_lines(const struct caustic_job *job, const struct caustic_blo
         struct caustic_particle *particle = &worker->particles[i];
         particle->sampler = particle_sampler(job, block, i);
         float jitter = sampler_1d(&particle->sampler), pdf_area; // the targets are stratified over the particles
-        float u_target = (float)(((double)(block->first + i) + (double)jitter) / (double)block->total);
-        caustic_targets_sample(job->targets, fminf(u_target, 0x1.fffffep-1f), sampler_2d(&particle->sampler),
+        caustic_targets_sample(job->targets, stratified(block, i, jitter), sampler_2d(&particle->sampler),
                                &particle->surface, &pdf_area);
         particle->beta = rgb_gray(1 / (pdf_area * (float)block->total));
         vec3 s = luminaire_local_point(instance, particle->surface.p);
@@ -76,6 +81,7 @@ static bool begin_particle(const struct caustic_job *job, const struct luminaire
     particle->has_from = true;
     particle->kept = surface->shape->luminaire;
     particle->depth = 1;
+    particle->stage = CAUSTIC_IN_ROOM;
     return !rgb_is_black(particle->beta);
 }
 
@@ -112,6 +118,29 @@ static void begin(const struct caustic_job *job, const struct caustic_block *blo
     worker->active_count = kept;
 }
 
+// In an unbiased rendering: the emitters instead.
+static void emit(const struct caustic_job *job, const struct caustic_block *block, struct caustic_worker *worker) {
+    worker->active_count = 0;
+    for (uint32_t i = 0; i < block->count; i++) {
+        struct caustic_particle *particle = &worker->particles[i];
+        particle->sampler = particle_sampler(job, block, i);
+        float u_emitter = stratified(block, i, sampler_1d(&particle->sampler));
+        struct emission_sample emission;
+        if (!residual_emit(job->residual, (int)block->luminaire, u_emitter, &particle->sampler, &emission,
+                           &particle->beta))
+            continue;
+        particle->beta = rgb_scale(particle->beta, 1 / (float)block->total);
+        particle->start = rgb_max(particle->beta);
+        particle->ray = emission.ray;
+        particle->from = emission.surface;
+        particle->has_from = true;
+        particle->kept = (int)block->luminaire;
+        particle->depth = 0;
+        particle->stage = CAUSTIC_IN_LAMP;
+        worker->active[worker->active_count++] = i;
+    }
+}
+
 static bool hit_particle(const struct caustic_job *job, struct caustic_particle *particle) {
     struct lamp_view view = {false, -1, -1};
     if (!lamp_view_intersect(job->scene, job->hidden, &view, &particle->ray, &particle->surface)) return false;
@@ -126,13 +155,22 @@ static bool hit_particle(const struct caustic_job *job, struct caustic_particle 
     return !rgb_is_black(particle->beta);
 }
 
-static void hit(const struct caustic_job *job, struct caustic_worker *worker) {
+// The line along which a particle leaves its lamp ends where it first scatters in the room.
+static void leave_lamp(const struct caustic_job *job, int luminaire, struct caustic_particle *particle) {
+    const struct surface *surface = &particle->surface;
+    if (particle->stage != CAUSTIC_IN_LAMP || !particle->scatters || surface->shape->luminaire == luminaire) return;
+    bool near = residual_line_is_near(job->residual, luminaire, surface->p, particle->ray.direction);
+    particle->stage = near ? CAUSTIC_NEAR : CAUSTIC_IN_ROOM;
+}
+
+static void hit(const struct caustic_job *job, int luminaire, struct caustic_worker *worker) {
     size_t kept = 0;
     worker->crossings.count = 0;
     for (size_t i = 0; i < worker->active_count; i++) {
         uint32_t index = worker->active[i];
         struct caustic_particle *particle = &worker->particles[index];
         if (!hit_particle(job, particle)) continue;
+        leave_lamp(job, luminaire, particle);
         add_crossings(job, worker, index, &particle->ray, particle->surface.t, particle->kept,
                       particle->scatters ? particle->surface.shape->luminaire : -1, false);
         worker->active[kept++] = index;
@@ -177,7 +215,7 @@ static void connect(const struct caustic_job *job, struct caustic_worker *worker
     worker->crossings.count = 0;
     for (size_t i = 0; i < worker->active_count; i++) {
         struct caustic_particle *particle = &worker->particles[worker->active[i]];
-        if (particle->scatters) connect_particle(job, worker, particle);
+        if (particle->scatters && particle->stage != CAUSTIC_NEAR) connect_particle(job, worker, particle);
     }
     crossing_batch_answer(&worker->crossings, job->scene);
     for (size_t i = 0; i < worker->crossings.count; i++) {
@@ -202,6 +240,10 @@ static bool scatter_particle(const struct caustic_job *job, struct caustic_parti
         if (!surface_sample_bsdf(&particle->surface, vec3_neg(particle->ray.direction), number, TRANSPORT_IMPORTANCE,
                                  &sample))
             return false;
+        if (particle->stage == CAUSTIC_NEAR) {
+            if (!sample.delta) return false;
+            particle->stage = CAUSTIC_IN_ROOM;
+        }
         particle->beta = rgb_mul(particle->beta, rgb_mul(sample.weight, particle->fork.weight));
         float survival = fminf(rgb_max(particle->beta) / particle->start, max_survival);
         if (!(sampler_1d(&particle->sampler) < survival)) return false;
@@ -222,9 +264,12 @@ static void scatter(const struct caustic_job *job, struct caustic_worker *worker
 
 void caustic_trace_block(const struct caustic_job *job, const struct caustic_block *block,
                          struct caustic_worker *worker, struct splat_list *splats) {
-    begin(job, block, worker);
+    if (job->residual)
+        emit(job, block, worker);
+    else
+        begin(job, block, worker);
     while (worker->active_count) {
-        hit(job, worker);
+        hit(job, (int)block->luminaire, worker);
         connect(job, worker, splats);
         scatter(job, worker);
     }

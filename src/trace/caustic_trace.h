@@ -5,12 +5,20 @@
 #include "trace/caustic.h"
 #include "trace/caustic_target.h"
 #include "trace/luminaire_crossing.h"
+#include "trace/residual.h"
 #include "trace/splat.h"
 #include "trace/subpath.h"
 
 enum { CAUSTIC_BLOCK = 512 };
 
+enum caustic_stage {
+    CAUSTIC_IN_ROOM,
+    CAUSTIC_IN_LAMP, // has met nothing but its lamp so far
+    CAUSTIC_NEAR, // came along a near line to its first vertex in the room, where it must be scattered by a delta
+};
+
 struct caustic_particle {
+    enum caustic_stage stage;
     struct sampler sampler;
     struct ray ray;
     rgb beta;
@@ -47,6 +55,7 @@ struct caustic_block {
 
 struct caustic_job {
     const struct scene *scene;
+    const struct residual *residual; // or NULL
     const struct camera *camera;
     const struct caustic_targets *targets; // of the block's lamp
     bool hidden; // scene_has_hidden_geometry

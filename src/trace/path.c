@@ -17,6 +17,8 @@ static void worker_fini(struct path_worker *worker) {
     free(worker->numbers);
     free(worker->directions);
     free(worker->pdfs);
+    free(worker->walks);
+    free(worker->responses);
     crossing_batch_fini(&worker->crossings);
 }
 
@@ -29,10 +31,15 @@ static enum status worker_init(struct path_worker *worker, const struct scene *s
     worker->numbers = calloc(PATH_BLOCK, sizeof *worker->numbers);
     worker->directions = calloc(PATH_BLOCK, sizeof *worker->directions);
     worker->pdfs = calloc(PATH_BLOCK, sizeof *worker->pdfs);
+    enum status status = crossing_batch_init(&worker->crossings, scene, 2 * PATH_BLOCK, error);
+    if (status != STATUS_OK) return status;
+    size_t crossings = scene->unbiased ? worker->crossings.capacity : 0;
+    worker->walks = calloc(crossings + 1, sizeof *worker->walks);
+    worker->responses = calloc(crossings + 1, sizeof *worker->responses);
     if (!worker->paths || !worker->active || !worker->shadows || !worker->requests || !worker->points ||
-        !worker->numbers || !worker->directions || !worker->pdfs)
+        !worker->numbers || !worker->directions || !worker->pdfs || !worker->walks || !worker->responses)
         return error_set(error, STATUS_MEMORY, "out of memory for a block of paths");
-    return crossing_batch_init(&worker->crossings, scene, 2 * PATH_BLOCK, error);
+    return STATUS_OK;
 }
 
 static void tracer_destroy(void *state) {
@@ -42,6 +49,7 @@ static void tracer_destroy(void *state) {
     free(tracer->workers);
     light_select_destroy(tracer->lights);
     caustic_destroy(tracer->caustic);
+    residual_destroy(tracer->residual);
     free(tracer);
 }
 
@@ -63,7 +71,9 @@ enum status path_create(const struct scene *scene, const struct run *run, enum p
     tracer->hidden = scene_has_hidden_geometry(scene);
     tracer->worker_count = count;
     enum status status = light_select_create(&tracer->lights, scene, error);
-    if (status == STATUS_OK && strategy == PATH_MIS) status = caustic_create(&tracer->caustic, scene, run, error);
+    if (status == STATUS_OK && scene->unbiased) status = residual_create(&tracer->residual, scene, error);
+    if (status == STATUS_OK && strategy == PATH_MIS)
+        status = caustic_create(&tracer->caustic, scene, tracer->residual, run, error);
     for (int i = 0; status == STATUS_OK && i < count; i++) status = worker_init(&tracer->workers[i], scene, error);
     if (status == STATUS_OK)
         *state = tracer;
@@ -84,7 +94,10 @@ static void trace_tile(void *user, size_t tile, int worker_index) {
     worker->active_count = count;
     while (worker->active_count) {
         path_intersect(tracer, worker);
-        if (tracer->scene->luminaire_count) path_luminaire(tracer, worker);
+        if (tracer->residual)
+            path_luminaire_residual(tracer, worker);
+        else if (tracer->scene->luminaire_count)
+            path_luminaire(tracer, worker);
         if (tracer->scene->hull_count) path_view(tracer, worker);
         path_hit(tracer, worker);
         path_light(tracer, worker);

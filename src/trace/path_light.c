@@ -7,8 +7,7 @@ static void shadow_add(struct path_worker *worker, uint32_t index, uint32_t lumi
     worker->shadows[worker->shadow_count++] = (struct shadow){index, luminaire, *ray, contribution};
 }
 
-// beta * f |cos| for light from `direction`, and the density with which scattering gives it.
-static rgb path_response(const struct path *path, vec3 direction, float *pdf_bsdf) {
+rgb path_response(const struct path *path, vec3 direction, float *pdf_bsdf) {
     vec3 wi = vec3_neg(path->ray.direction);
     rgb f = surface_eval_bsdf(&path->surface, wi, direction, TRANSPORT_RADIANCE);
     if (rgb_is_black(f)) return f;
@@ -63,6 +62,10 @@ static void sample_luminaire(const struct path_tracer *tracer, struct path_worke
     }
     luminaire_sample(instance->luminaire, count, (const float(*)[3])worker->points, (const float(*)[3])worker->numbers,
                      worker->directions, worker->pdfs);
+    if (tracer->residual) {
+        path_light_residual(tracer, worker, luminaire, requests, count);
+        return;
+    }
     struct crossing_batch *batch = &worker->crossings;
     size_t lines = crossing_batch_lines(batch);
     for (size_t first = 0; first < count; first += lines) {

@@ -11,11 +11,6 @@ static bool stops_inside(const struct path *path, int luminaire) {
     return path->status == PATH_SCATTERS && path->surface.shape->luminaire == luminaire;
 }
 
-// Light that the particles of caustic.h bring.
-static bool is_caustic(const struct path_tracer *tracer, const struct path *path) {
-    return tracer->caustic && path->may_be_caustic && path->pdf == 0;
-}
-
 static void path_find_crossings(const struct path_tracer *tracer, struct path_worker *worker, uint32_t index) {
     const struct path *path = &worker->paths[index];
     for (size_t i = 0; i < tracer->scene->luminaire_count; i++) {
@@ -28,7 +23,7 @@ static void path_find_crossings(const struct path_tracer *tracer, struct path_wo
         if (t_mid >= t_end && !stops) continue;
         struct crossing *crossing = crossing_add(&worker->crossings, index, (uint32_t)i, &path->ray, t_mid);
         crossing->viewpoint = path->vertex.p;
-        crossing->wants_radiance = !is_caustic(tracer, path);
+        crossing->wants_radiance = !path_is_caustic(tracer, path);
         crossing->wants_transmittance = instance->keep != KEEP_ALL && !stops;
         crossing->wants_pdf = path->pdf > 0 && tracer->strategy != PATH_BSDF_ONLY;
     }

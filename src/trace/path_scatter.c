@@ -43,10 +43,12 @@ void path_scatter(const struct path_tracer *tracer, struct path_worker *worker) 
         switch (path->status) {
         case PATH_SCATTERS:
             if (!path_bounce(tracer, worker, path, &direction)) continue;
+            path->passed = false;
             break;
         case PATH_PASSES:
             path->beta = rgb_mul(path->beta, path->fork.weight);
             if (rgb_is_black(path->beta)) continue;
+            path->passed = true;
             break;
         default:
             continue;

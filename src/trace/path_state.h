@@ -10,6 +10,7 @@
 #include "trace/light_select.h"
 #include "trace/luminaire_crossing.h"
 #include "trace/path.h"
+#include "trace/residual.h"
 
 enum { PATH_TILE = 32, PATH_BLOCK = PATH_TILE * PATH_TILE };
 
@@ -43,6 +44,7 @@ struct path {
     bool look; // camera ray, or delta scattering only since
     int through; // luminaire whose hull the ray has passed and does not meet again, or -1
     bool may_be_caustic; // the first vertex is in the class of caustic.h
+    bool passed; // went on through a surface since `vertex`
     bool has_from;
     struct fork fork; // at `surface`
     struct surface from; // where the ray starts; only with has_from
@@ -64,6 +66,8 @@ struct path_worker {
     struct crossing_batch crossings;
     struct luminaire_request *requests; // PATH_BLOCK, see path_light.c
     float (*points)[3], (*numbers)[3], (*directions)[3], *pdfs; // PATH_BLOCK
+    struct line_walk *walks; // of the crossings; this and `responses` only with tracer->residual
+    rgb *responses; // to the light samples among the crossings
     size_t dropped;
 };
 
@@ -71,6 +75,7 @@ struct path_tracer {
     const struct scene *scene;
     struct light_select *lights;
     struct caustic *caustic; // or NULL
+    struct residual *residual; // or NULL: baked lamps are as their models say
     enum path_strategy strategy;
     bool hidden; // scene_has_hidden_geometry
     int worker_count;
@@ -96,8 +101,20 @@ void path_luminaire(const struct path_tracer *tracer, struct path_worker *worker
 void path_view(const struct path_tracer *tracer, struct path_worker *worker);
 void path_hit(const struct path_tracer *tracer, struct path_worker *worker);
 void path_light(const struct path_tracer *tracer, struct path_worker *worker);
+// In their place with tracer->residual; of the light samples, those of one lamp whose directions are drawn.
+void path_luminaire_residual(const struct path_tracer *tracer, struct path_worker *worker);
+void path_light_residual(const struct path_tracer *tracer, struct path_worker *worker, uint32_t luminaire,
+                         const struct luminaire_request *requests, size_t count);
 void path_shadow(const struct path_tracer *tracer, struct path_worker *worker);
 void path_scatter(const struct path_tracer *tracer, struct path_worker *worker);
+
+// beta * f |cos| for light from `direction`, and the density with which scattering gives it.
+rgb path_response(const struct path *path, vec3 direction, float *pdf_bsdf);
+
+// Light by a ray that scattering gave, which the particles of caustic.h bring.
+static inline bool path_is_caustic(const struct path_tracer *tracer, const struct path *path) {
+    return tracer->caustic && path->may_be_caustic && path->pdf == 0;
+}
 
 static inline struct sampler path_sampler(const struct path *path, enum path_dimension dimension) {
     struct sampler sampler = path->sampler;

@@ -124,6 +124,24 @@ class Bake(unittest.TestCase):
         message = self.sconce("render", "room.xml", "-Dlamp=black_box.safetensors", "-Dappearance=surface", "-i", "path", "-o", "x.exr", code=1).stderr
         self.assertIn("--view hull", message)
 
+    def test_unbiased_needs_the_lamp_that_was_baked(self):
+        (self.path / "u").mkdir()
+        for name in ("lamp.safetensors", "lamp.xml", "room.xml"):
+            (self.path / "u" / name).write_bytes((self.path / name).read_bytes())
+        render = ("render", "u/room.xml", "-Dlamp=lamp.safetensors", "-i", "path", "--unbiased", "--spp", 16, "-q", "-o", "u/u.exr")
+        self.sconce(*render)
+        self.sconce("render", "room.xml", "-o", "geometry.exr", "-q", "--spp", 64)
+        for ratio in self.mean_blocks("u/u.exr", "geometry.exr")["mean_ratio"]:
+            self.assertLess(abs(ratio - 1), 0.05)
+        (self.path / "u/lamp.xml").write_text(lamp(BULB.replace("0.12", "0.11"), GLASS))
+        message = self.sconce(*render, code=1).stderr
+        self.assertIn("room.xml:15:", message)
+        self.assertIn("baked from another lamp", message)
+        (self.path / "u/lamp.xml").unlink()
+        message = self.sconce(*render, code=1).stderr
+        self.assertIn("lamp.xml", message)
+        self.assertIn('name="geometry"', message)
+
     def test_scaling_the_lamp_scales_its_light(self):
         means = []
         for scale in (0.5, 1):
