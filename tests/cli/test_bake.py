@@ -59,8 +59,8 @@ class Bake(unittest.TestCase):
         cls.folder.cleanup()
 
     @classmethod
-    def sconce(cls, *arguments, code=0):
-        result = subprocess.run([SCONCE, *map(str, arguments)], capture_output=True, text=True, timeout=900, cwd=cls.path)
+    def sconce(cls, *arguments, code=0, folder="."):
+        result = subprocess.run([SCONCE, *map(str, arguments)], capture_output=True, text=True, timeout=900, cwd=cls.path / folder)
         assert result.returncode == code, f"{arguments}: exit {result.returncode}\n{result.stdout}{result.stderr}"
         return result
 
@@ -128,17 +128,17 @@ class Bake(unittest.TestCase):
         (self.path / "u").mkdir()
         for name in ("lamp.safetensors", "lamp.xml", "room.xml"):
             (self.path / "u" / name).write_bytes((self.path / name).read_bytes())
-        render = ("render", "u/room.xml", "-Dlamp=lamp.safetensors", "-i", "path", "--unbiased", "--spp", 16, "-q", "-o", "u/u.exr")
-        self.sconce(*render)
+        render = ("render", "room.xml", "-Dlamp=lamp.safetensors", "-i", "path", "--unbiased", "--spp", 16, "-q", "-o", "u.exr")
+        self.sconce(*render, folder="u")
         self.sconce("render", "room.xml", "-o", "geometry.exr", "-q", "--spp", 64)
         for ratio in self.mean_blocks("u/u.exr", "geometry.exr")["mean_ratio"]:
             self.assertLess(abs(ratio - 1), 0.05)
         (self.path / "u/lamp.xml").write_text(lamp(BULB.replace("0.12", "0.11"), GLASS))
-        message = self.sconce(*render, code=1).stderr
+        message = self.sconce(*render, code=1, folder="u").stderr
         self.assertIn("room.xml:15:", message)
         self.assertIn("baked from another lamp", message)
         (self.path / "u/lamp.xml").unlink()
-        message = self.sconce(*render, code=1).stderr
+        message = self.sconce(*render, code=1, folder="u").stderr
         self.assertIn("lamp.xml", message)
         self.assertIn('name="geometry"', message)
 
