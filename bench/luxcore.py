@@ -230,8 +230,16 @@ class Converter:
         elif kind == "conductor":
             self.put(f"{key}.type", "mirror")
             self.put(f"{key}.kr", 0.97, 0.96, 0.95)  # silver
+        elif kind == "blendbsdf":
+            parts = [self.bsdf(part, f"{name}_{i}") for i, part in enumerate(element.findall("bsdf"))]
+            self.put(f"{key}.type", "mix")
+            self.put(f"{key}.material1", parts[0])
+            self.put(f"{key}.material2", parts[1])
+            self.put(f"{key}.amount", v["weight"])
         elif kind == "roughconductor":
             copper = [0.2004, 0.9240, 1.1022], [3.9129, 2.4528, 2.1421]
+            if v.get("material") == "none":
+                copper = [0.0] * 3, [1.0] * 3
             self.put(f"{key}.type", "metal2")
             for part, default in zip(("eta", "k"), copper):
                 self.put(f"textures.{name}_{part}.type", "constfloat3")

@@ -2,14 +2,15 @@
 //   bench_transport SCENE.xml [PASSES [WIDTHxHEIGHT [INTEGRATOR [LAMP]]]]     (LAMP: value of the scene's "lamp")
 // prints for each integrator paths per CPU second and relMSE x CPU seconds (mean over pixels of variance / (mean^2 +
 // 1e-3), times the time it took: what is left does not depend on the number of passes, less is better), then, unless
-// one integrator is named, for the scene as a lamp its particles per CPU second. Built on request: ninja
-// bench_transport.
+// one integrator is named, for the scene as a lamp its particles per CPU second; of the path tracer also the share of
+// each stage in its time. Built on request: ninja bench_transport.
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "trace/integrator.h"
 #include "trace/particle_exit.h"
+#include "trace/path_state.h"
 
 static int render(const struct scene *scene, const struct integrator_type *type, int passes, const struct run *run,
                   struct error *error) {
@@ -33,6 +34,13 @@ static int render(const struct scene *scene, const struct integrator_type *type,
     }
     printf("%-9s %7.3f Mpaths/s   mean %.5g   relMSE x CPU s %.5g\n", type->name,
            (double)count * passes / seconds * 1e-6, mean, relative * seconds);
+    if (type == &path_integrator) {
+        const struct path_worker *worker = ((const struct path_tracer *)state)->workers;
+        double sum = 0;
+        for (int i = 0; i < PATH_STAGES; i++) sum += worker->stage_s[i];
+        for (int i = 0; i < PATH_STAGES; i++)
+            printf("  %-10s %5.1f %%\n", path_stages[i].name, 100 * worker->stage_s[i] / sum);
+    }
     image_fini(&image);
     type->destroy(state);
     film_fini(&film);

@@ -8,6 +8,17 @@
 
 #include "base/parallel.h"
 
+static void meet_luminaires(const struct path_tracer *tracer, struct path_worker *worker) {
+    if (tracer->residual)
+        path_luminaire_residual(tracer, worker);
+    else if (tracer->scene->luminaire_count)
+        path_luminaire(tracer, worker);
+}
+
+const struct path_stage path_stages[PATH_STAGES + 1] = {
+    {"intersect", path_intersect}, {"luminaire", meet_luminaires}, {"view", path_view},       {"hit", path_hit},
+    {"light", path_light},         {"shadow", path_shadow},        {"scatter", path_scatter}, {NULL, NULL}};
+
 static void worker_fini(struct path_worker *worker) {
     free(worker->paths);
     free(worker->active);
@@ -92,18 +103,14 @@ static void trace_tile(void *user, size_t tile, int worker_index) {
     path_generate(tracer, worker, (int)tile);
     size_t count = tracer->scene->max_depth == 0 ? 0 : worker->active_count;
     worker->active_count = count;
-    while (worker->active_count) {
-        path_intersect(tracer, worker);
-        if (tracer->residual)
-            path_luminaire_residual(tracer, worker);
-        else if (tracer->scene->luminaire_count)
-            path_luminaire(tracer, worker);
-        if (tracer->scene->hull_count) path_view(tracer, worker);
-        path_hit(tracer, worker);
-        path_light(tracer, worker);
-        path_shadow(tracer, worker);
-        path_scatter(tracer, worker);
-    }
+    double time = clock_wall_s();
+    while (worker->active_count)
+        for (int i = 0; path_stages[i].name; i++) {
+            path_stages[i].run(tracer, worker);
+            double now = clock_wall_s();
+            worker->stage_s[i] += now - time;
+            time = now;
+        }
     for (size_t i = 0; i < count; i++) {
         const struct path *path = &worker->paths[i];
         float *pixel = &tracer->film->pass[3 * (size_t)path->pixel];

@@ -12,7 +12,7 @@
 #include "trace/path.h"
 #include "trace/residual.h"
 
-enum { PATH_TILE = 32, PATH_BLOCK = PATH_TILE * PATH_TILE };
+enum { PATH_STAGES = 7, PATH_TILE = 32, PATH_BLOCK = PATH_TILE * PATH_TILE };
 
 // Random dimensions of one path: the camera's, then a fixed share for every edge.
 enum path_dimension {
@@ -68,6 +68,7 @@ struct path_worker {
     float (*points)[3], (*numbers)[3], (*directions)[3], *pdfs; // PATH_BLOCK
     struct line_walk *walks; // of the crossings; this and `responses` only with tracer->residual
     rgb *responses; // to the light samples among the crossings
+    double stage_s[PATH_STAGES]; // spent in each of path_stages, for bench/transport.c
     size_t dropped;
 };
 
@@ -94,6 +95,12 @@ struct luminaire_request {
     uint32_t path, luminaire;
     float pmf;
 };
+
+struct path_stage {
+    const char *name;
+    void (*run)(const struct path_tracer *tracer, struct path_worker *worker);
+};
+extern const struct path_stage path_stages[]; // in their order; ends with name == NULL
 
 void path_generate(const struct path_tracer *tracer, struct path_worker *worker, int tile);
 void path_intersect(const struct path_tracer *tracer, struct path_worker *worker);
