@@ -39,6 +39,10 @@ void luminaire_bounds(const struct luminaire *luminaire, float center[3], float 
     center[0] = center[1] = center[2] = 0;
     *radius = 1;
 }
+int luminaire_seen(const struct luminaire *luminaire, const float point[3], const float w[3]) {
+    (void)luminaire, (void)point, (void)w;
+    return 1;
+}
 static vec3 vec3_from(const float v[3]) { return (vec3){v[0], v[1], v[2]}; }
 
 static float cone_cos(vec3 s) { // of the proxy's cone; -1 inside

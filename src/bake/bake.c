@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "bake/bake_job.h"
+#include "bake/hull_build.h"
 #include "bake/lamp_check.h"
 #include "bake/lamp_proxy.h"
 #include "luminaire/hull.h"
@@ -14,7 +15,7 @@
 
 // By quality, aims at 20 s, 2 minutes and half an hour on 2 cores.
 static const struct bake_plan plans[] = {
-    [BAKE_DRAFT] = {1000000, 0, 32, 36, 0, false, {500000, 1000000, 64, 512, 0, 0}, {.chunks = 12}},
+    [BAKE_DRAFT] = {1000000, 0, 16, 36, 0, false, {500000, 1000000, 64, 512, 0, 0}, {.chunks = 12}},
     [BAKE_STANDARD] = {3000000, 4, 100, 240, 0, false, {4000000, 4000000, 128, 1024, 0, 0}, {.chunks = 120}},
     [BAKE_HIGH] = {8000000, 24, 1500, 5000, 0, false, {16000000, 8000000, 128, 2048, 0, 0}, {.chunks = 1500}},
 };
@@ -25,7 +26,7 @@ static const struct {
     bool packed;
     size_t hull_triangles;
     int view_log2_entries;
-} sizes[] = {[BAKE_SIZE_SMALL] = {14, true, 5000, 11},
+} sizes[] = {[BAKE_SIZE_SMALL] = {13, true, 9000, 11},
              [BAKE_SIZE_DEFAULT] = {15, false, 16000, 13},
              [BAKE_SIZE_LARGE] = {18, false, 40000, 16}};
 
@@ -77,6 +78,26 @@ static void describe_job(const struct bake_job *job, char text[80]) {
              (int)o->proxy + 16 * (int)o->view);
 }
 
+static enum status create_transparency(struct bake_job *job, struct error *error) {
+    struct hull *hull = NULL;
+    struct hull_map map = {0};
+    enum status status = STATUS_OK;
+    if (bake_has_view(job) && bake_camera_sees_all(&job->scene)) // else the file's hull may be left out
+        status = hull_build(&hull, &map, &job->lamp, job->plan.view.triangles, error);
+    if (status == STATUS_OK) {
+        const struct transparency_options options = {.proxy = &job->lamp.proxy,
+                                                     .hull = hull,
+                                                     .log2_entries = job->plan.log2_entries,
+                                                     .packed = job->plan.packed,
+                                                     .steps = job->plan.transparency_chunks * CHUNK_STEPS,
+                                                     .seed = job->lamp.seed};
+        status = transparency_create(&job->transparency, &options, error);
+    }
+    hull_map_fini(&map);
+    hull_destroy(hull);
+    return status;
+}
+
 static enum status start_training(struct bake_job *job, struct error *error) {
     char identity[80];
     bool resumed = false;
@@ -98,9 +119,7 @@ static enum status start_training(struct bake_job *job, struct error *error) {
     job->start_s -= job->checkpoint.seconds;
     status = light_training_create(&job->light, &job->lamp, &job->survey, job->guide, &job->checkpoint.recipe,
                                    STREAM_TRAINING, error);
-    if (status == STATUS_OK)
-        status = transparency_create(&job->transparency, &job->lamp.proxy, job->plan.transparency_chunks * CHUNK_STEPS,
-                                     job->lamp.seed, error);
+    if (status == STATUS_OK) status = create_transparency(job, error);
     if (status == STATUS_OK && resumed) {
         job->light.traced = job->checkpoint.traced;
         status = checkpoint_load_networks(&job->checkpoint, job->folder, job->light.field, job->transparency, error);

@@ -17,7 +17,9 @@ static const char *const quality_names[] = {"draft", "standard", "high"};
 static enum status scale_light(struct bake_job *job, struct error *error) {
     double flux[3], noise[3];
     float scale[3];
-    enum status status = light_field_flux(job->light.field, &job->lamp, job->guide, flux, noise, error);
+    enum status status = light_field_finish(job->light.field, error);
+    if (status != STATUS_OK) return status;
+    status = light_field_flux(job->light.field, &job->lamp, job->guide, flux, noise, error);
     if (status != STATUS_OK) return status;
     for (int c = 0; c < 3; c++) {
         scale[c] = flux[c] > 0 ? (float)(job->survey.flux[c] / flux[c]) : 1;

@@ -52,6 +52,7 @@ enum status bake_train(struct bake_job *job, struct error *error);
 // Preset paper: the same for the three published networks. Lowers the evaluation's effort to what they are fast enough
 // for.
 enum status bake_train_paper(struct bake_job *job, struct error *error);
+bool bake_has_view(const struct bake_job *job); // the file gets a hull, where the lamp allows one
 // Hull and view field, where the plan and the options want them.
 enum status bake_view_stage(struct bake_job *job, struct error *error);
 // The wall time that the stages after the light field's training take of a bake with --seconds.

@@ -55,7 +55,7 @@ static void train_on_lines(struct paper_job *job, enum paper_net net, double *lo
 
 static void transparency_chunk(struct paper_job *job, double *loss) {
     gather_transmittance(job->lines, &job->bake->lamp, STREAM_TRANSPARENCY, job->chunks * CHUNK_LINES, CHUNK_LINES,
-                         PAPER_TRANSMITTANCE_TRACES, 0);
+                         PAPER_TRANSMITTANCE_TRACES, 0, NULL);
     train_on_lines(job, PAPER_TRANSPARENCY, loss);
 }
 

@@ -48,8 +48,9 @@ static enum status train_transparency(struct bake_job *job, double *last_checkpo
                               (job->checkpoint.transparency_chunks + (size_t)left + 1) * CHUNK_STEPS);
         }
         done_here++;
-        transparency_training_chunk(job->transparency, &job->lamp, job->checkpoint.transparency_chunks++, samples,
-                                    &loss);
+        if (transparency_training_chunk(job->transparency, &job->lamp, job->checkpoint.transparency_chunks++, samples,
+                                        &loss) == 0)
+            break; // nothing of the lamp is translucent: its hull knows everything
         char detail[64];
         snprintf(detail, sizeof detail, "loss %.5f", loss);
         double fraction =
@@ -65,12 +66,12 @@ double bake_reserve_s(const struct bake_job *job) {
     return fmin(finish_surveys * job->survey_s, 0.4 * job->options->seconds);
 }
 
-static bool has_view(const struct bake_job *job) {
+bool bake_has_view(const struct bake_job *job) {
     return job->options->view == BAKE_VIEW_HULL && job->plan.view.chunks > 0;
 }
 
 static double view_time(const struct bake_job *job) {
-    return has_view(job) ? view_time_share * job->options->seconds : 0;
+    return bake_has_view(job) ? view_time_share * job->options->seconds : 0;
 }
 
 static enum status train_light(struct bake_job *job, double *last_checkpoint_s, struct error *error) {
@@ -114,7 +115,7 @@ enum status bake_train(struct bake_job *job, struct error *error) {
 
 // Not in the checkpoint: a resumed bake does this stage anew, with the same result.
 enum status bake_view_stage(struct bake_job *job, struct error *error) {
-    if (!has_view(job)) return STATUS_OK;
+    if (!bake_has_view(job)) return STATUS_OK;
     struct view_plan plan = job->plan.view;
     plan.data = job->checkpoint.recipe.data;
     if (job->options->seconds > 0) plan.seconds = fmax(1, job->deadline_s - bake_reserve_s(job) - clock_wall_s());

@@ -12,8 +12,8 @@ enum status evaluate_transparency(const struct luminaire *luminaire, const struc
                                   struct evaluation *evaluation, struct error *error) {
     struct line_sample *lines = malloc(ROUNDS * count * sizeof *lines), *again = lines + count;
     if (!lines) return error_set(error, STATUS_MEMORY, "out of memory for the evaluation");
-    gather_transmittance(lines, lamp, STREAM_EVALUATION, 0, count, LINE_REPEATS, 0);
-    gather_transmittance(again, lamp, STREAM_EVALUATION, 0, count, LINE_REPEATS, 1);
+    gather_transmittance(lines, lamp, STREAM_EVALUATION, 0, count, LINE_REPEATS, 0, NULL);
+    gather_transmittance(again, lamp, STREAM_EVALUATION, 0, count, LINE_REPEATS, 1, NULL);
     double error_sum = 0, reference_sum = 0, noise_sum = 0;
     for (size_t i = 0; i < count; i++) {
         float t[3];

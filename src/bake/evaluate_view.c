@@ -74,6 +74,8 @@ static void view_row(void *user, size_t row, int worker) {
                                 job->surface->half[half].pixels + 3 * row * PIXELS, share);
             luminaire_eval(job->luminaire, PIXELS, (const float(*)[3])at, (const float(*)[3])along, radiance);
             for (size_t i = 0; i < PIXELS; i++)
+                if (!luminaire_seen(job->luminaire, at[i], along[i])) memset(radiance[i], 0, sizeof radiance[i]);
+            for (size_t i = 0; i < PIXELS; i++)
                 for (int c = 0; c < 3; c++) model[3 * i + (size_t)c] += radiance[i][c] * share;
         }
 }

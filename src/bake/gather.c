@@ -102,6 +102,7 @@ struct line_job {
     size_t first, n;
     bool trace;
     int repeats, round; // of the transmittance's traces
+    const struct transparency *learner;
     struct line_sample *lines;
 };
 
@@ -146,7 +147,7 @@ static void gather_line_block(void *user, size_t block, int worker) {
 
 void gather_lines(struct line_sample *lines, const struct lamp *lamp, const struct line_guide *guide,
                   enum gather_stream stream, size_t first, size_t n, bool trace) {
-    struct line_job job = {lamp, guide, (uint64_t)stream << 56 | 1, first, n, trace, 1, 0, lines};
+    struct line_job job = {lamp, guide, (uint64_t)stream << 56 | 1, first, n, trace, 1, 0, NULL, lines};
     parallel_for(lamp->threads, (n + BLOCK - 1) / BLOCK, gather_line_block, &job);
 }
 
@@ -185,20 +186,22 @@ static void gather_transmittance_block(void *user, size_t block, int worker) {
         } while (!lamp_span(job->lamp, exit, w));
         store(line->point, exit);
         store(line->w, w);
-        line->mass = 1;
+        line->mass = !job->learner || transparency_learns(job->learner, line->point, line->w) ? 1.0f : 0.0f;
+        if (!(line->mass > 0)) continue;
         rgb t = mean_transmittance(job, job->first + i, exit, w);
         store(line->target, (vec3){t.r, t.g, t.b});
     }
 }
 
 void gather_transmittance(struct line_sample *lines, const struct lamp *lamp, enum gather_stream stream, size_t first,
-                          size_t n, int repeats, int round) {
+                          size_t n, int repeats, int round, const struct transparency *learner) {
     struct line_job job = {.lamp = lamp,
                            .stream = (uint64_t)stream << 56 | 2,
                            .first = first,
                            .n = n,
                            .repeats = repeats,
                            .round = round,
+                           .learner = learner,
                            .lines = lines};
     parallel_for(lamp->threads, (n + BLOCK - 1) / BLOCK, gather_transmittance_block, &job);
 }

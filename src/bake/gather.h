@@ -50,6 +50,7 @@ void gather_lines(struct line_sample *lines, const struct lamp *lamp, const stru
                   enum gather_stream stream, size_t first, size_t n, bool trace);
 
 // Uniform lines that cross the proxy: mass = 1, target = the mean of `repeats` estimates of the transmittance, of fewer
-// where the first 64 agree. Another `round`: other estimates on the same lines.
+// where the first 64 agree. Another `round`: other estimates on the same lines. `learner`: lines that it does not learn
+// from are not traced and have mass 0; or NULL.
 void gather_transmittance(struct line_sample *lines, const struct lamp *lamp, enum gather_stream stream, size_t first,
-                          size_t n, int repeats, int round);
+                          size_t n, int repeats, int round, const struct transparency *learner);

@@ -117,15 +117,20 @@ enum status light_training_chunk(struct light_training *training, size_t chunk, 
     return STATUS_OK;
 }
 
-void transparency_training_chunk(struct transparency *transparency, const struct lamp *lamp, size_t chunk,
-                                 struct line_sample *samples, double *loss) {
+size_t transparency_training_chunk(struct transparency *transparency, const struct lamp *lamp, size_t chunk,
+                                   struct line_sample *samples, double *loss) {
     const size_t n = (size_t)CHUNK_STEPS * TRANSPARENCY_BATCH;
-    gather_transmittance(samples, lamp, STREAM_TRANSPARENCY, chunk * n, n, 1, 0);
+    gather_transmittance(samples, lamp, STREAM_TRANSPARENCY, chunk * n, n, 1, 0, transparency);
+    size_t count = 0;
+    for (size_t i = 0; i < n; i++)
+        if (samples[i].mass > 0) samples[count++] = samples[i];
     *loss = 0;
     for (size_t step = 0; step < CHUNK_STEPS; step++) {
+        const size_t first = count * step / CHUNK_STEPS, last = count * (step + 1) / CHUNK_STEPS;
+        if (first == last) continue;
         double step_loss;
-        transparency_train(transparency, samples + step * TRANSPARENCY_BATCH, TRANSPARENCY_BATCH, lamp->threads,
-                           &step_loss);
+        transparency_train(transparency, samples + first, last - first, lamp->threads, &step_loss);
         *loss += step_loss / CHUNK_STEPS;
     }
+    return count;
 }

@@ -49,8 +49,9 @@ void light_training_destroy(struct light_training *training); // the field too, 
 enum status light_training_chunk(struct light_training *training, size_t chunk, struct error *error);
 
 // The same for the transparency; `samples` has CHUNK_STEPS * TRANSPARENCY_BATCH slots.
-void transparency_training_chunk(struct transparency *transparency, const struct lamp *lamp, size_t chunk,
-                                 struct line_sample *samples, double *loss);
+// Returns how many lines it learned from.
+size_t transparency_training_chunk(struct transparency *transparency, const struct lamp *lamp, size_t chunk,
+                                   struct line_sample *samples, double *loss);
 
 // Light that no training has seen. The score is the mean of -log(L_hat / its integral) over the flux of the exits: the
 // cross entropy of the two light fields as distributions over lines. It is smallest for the true field, in any unit and

@@ -74,12 +74,27 @@ void light_field_plan(struct light_field *field, size_t steps);
 // Radiance in absolute units. From the float tables while training; a luminaire made of the field evaluates 8-bit ones.
 void light_field_eval(const struct light_field *field, size_t n, const float (*point)[3], const float (*w)[3],
                       float (*radiance)[3]);
+// Ends the training: from here on the quantised tables answer. Before the final scale, so that it takes out what
+// rounding does to the flux.
+enum status light_field_finish(struct light_field *field, struct error *error);
 void light_field_set_scale(struct light_field *field,
                            const float scale[3]); // final scale per colour, to the traced flux
 
 struct transparency;
-enum status transparency_create(struct transparency **t, const struct proxy *proxy, size_t steps, uint64_t seed,
+struct hull;
+struct transparency_options {
+    const struct proxy *proxy;
+    // Of the lamp, copied, or NULL. With it silhouettes are exact, and the training needs only lines that
+    // transparency_learns says true of.
+    const struct hull *hull;
+    int log2_entries; // table sizes, 10..20; with a hull at most 13 are used
+    bool packed; // the finished tables take 4 bits a number instead of 8
+    size_t steps; // planned optimiser steps
+    uint64_t seed;
+};
+enum status transparency_create(struct transparency **t, const struct transparency_options *options,
                                 struct error *error);
+bool transparency_learns(const struct transparency *t, const float point[3], const float w[3]);
 void transparency_destroy(struct transparency *t);
 // samples: point, w, target = throughput in [0,1], mass = weight. Squared error through a sigmoid (unbiased).
 void transparency_plan(struct transparency *t, size_t steps);

@@ -3,7 +3,7 @@
 #include <math.h>
 
 const struct encoding_type *const encoding_table[] = {&encoding_grid4, &encoding_anchors, &encoding_shells,
-                                                      &encoding_raw, NULL};
+                                                      &encoding_hull,  &encoding_raw,     NULL};
 
 void encoding_init(struct encoding *encoding, const struct encoding_options *options) {
     *encoding = (struct encoding){.options = *options};

@@ -16,13 +16,15 @@ struct encoding_options { // lengths as fractions of the bounding sphere's radiu
     float shells[ENCODING_MAX_SHELLS];
     int shell_count;
     bool use_grid4;
+    bool use_hull;
     int log2_entries; // 10..20
 };
 
 struct encoding {
     struct encoding_options options;
     struct grid_layout layout;
-    int anchor_set, anchor_raw, shell_set, grid4_set; // where each encoding's coordinates and raw features go
+    int anchor_set, anchor_raw, shell_set, grid4_set, hull_set,
+        hull_raw; // where each encoding's coordinates and raw features go
 };
 
 struct encoding_type {
@@ -42,4 +44,4 @@ int encoding_resolution(int k, int count, float first, float last);
 // The octahedral map of warp.h over a block, to [0,1]^2.
 void octahedral_block(const float w[3][NET_LANES], float x[NET_LANES], float y[NET_LANES]);
 
-extern const struct encoding_type encoding_grid4, encoding_anchors, encoding_shells, encoding_raw;
+extern const struct encoding_type encoding_grid4, encoding_anchors, encoding_shells, encoding_hull, encoding_raw;

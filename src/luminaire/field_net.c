@@ -121,8 +121,8 @@ void field_net_fini(struct field_net *net) {
     *net = (struct field_net){.radius = 0};
 }
 
-void field_net_eval(const struct field_net *net, int count, const float (*point)[3], const float (*w)[3], float *z,
-                    float *hit) {
+void field_net_eval(const struct field_net *net, int count, const float (*point)[3], const float (*w)[3],
+                    const struct hull_crossing *crossings, float *z, float *hit) {
     const struct kernel *kernel = kernel_best();
     const struct grid_layout *layout = &net->encoding.layout;
     struct line_block lines;
@@ -131,6 +131,7 @@ void field_net_eval(const struct field_net *net, int count, const float (*point)
     _Alignas(64) float weight[MAX_CORNERS * NET_LANES], x[MLP_MAX_INPUTS * NET_LANES];
     _Alignas(64) float h1[FIELD_WIDTH * NET_LANES], h2[FIELD_WIDTH * NET_LANES];
     line_block_load(&lines, net->center, net->radius, count, point, w);
+    lines.crossings = crossings;
     encoding_encode(&net->encoding, &lines, &input);
     kernel->index(layout, &input, index, weight);
     if (net->trainer)

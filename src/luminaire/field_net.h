@@ -43,5 +43,6 @@ void field_net_fini(struct field_net *net);
 size_t field_net_parameters(const struct field_net *net); // of the MLP
 
 // z [FIELD_OUTPUTS][NET_LANES] of `count` <= NET_LANES lines; hit[l] = 0 where a line misses the bounding sphere.
-void field_net_eval(const struct field_net *net, int count, const float (*point)[3], const float (*w)[3], float *z,
-                    float *hit);
+// `crossings`: NET_LANES of them, positions in the unit ball, where the encoding uses the hull; else NULL.
+void field_net_eval(const struct field_net *net, int count, const float (*point)[3], const float (*w)[3],
+                    const struct hull_crossing *crossings, float *z, float *hit);

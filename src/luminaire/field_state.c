@@ -35,7 +35,8 @@ static uint64_t hash_bytes(uint64_t hash, const void *bytes, size_t count) { // 
 
 static uint64_t options_key(const struct field_net *net) {
     const struct encoding_options *options = &net->encoding.options;
-    const int32_t counts[] = {options->anchor_count, options->shell_count, options->use_grid4, options->log2_entries};
+    const int32_t counts[] = {options->anchor_count, options->shell_count, options->use_grid4, options->use_hull,
+                              options->log2_entries};
     uint64_t hash = hash_bytes(0xcbf29ce484222325ull, net->center, sizeof net->center);
     hash = hash_bytes(hash, &net->radius, sizeof net->radius);
     hash = hash_bytes(hash, counts, sizeof counts);

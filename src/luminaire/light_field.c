@@ -115,7 +115,7 @@ void light_field_eval(const struct light_field *field, size_t n, const float (*p
         int count = (int)(n - first < NET_LANES ? n - first : NET_LANES);
         _Alignas(64) float z[FIELD_OUTPUTS * NET_LANES];
         float hit[NET_LANES];
-        field_net_eval(&field->net, count, point + first, w + first, z, hit);
+        field_net_eval(&field->net, count, point + first, w + first, NULL, z, hit);
         for (int i = 0; i < FIELD_OUTPUTS * NET_LANES; i++) z[i] = clamp_log(z[i]);
         kernel_best()->exponential(z, FIELD_OUTPUTS * NET_LANES);
         for (int l = 0; l < count; l++)
@@ -124,88 +124,10 @@ void light_field_eval(const struct light_field *field, size_t n, const float (*p
     }
 }
 
+enum status light_field_finish(struct light_field *field, struct error *error) {
+    return field_net_finish(&field->net, error);
+}
+
 void light_field_set_scale(struct light_field *field, const float scale[3]) {
     for (int c = 0; c < 3; c++) field->scale[c] = scale[c];
-}
-
-// --- Transparency ---
-
-enum status transparency_create(struct transparency **t, const struct proxy *proxy, size_t steps, uint64_t seed,
-                                struct error *error) {
-    *t = NULL;
-    struct transparency *made = calloc(1, sizeof *made);
-    struct encoding_options *encoding = calloc(1, sizeof *encoding);
-    enum status status = STATUS_OK;
-    if (!made || !encoding)
-        status = error_set(error, STATUS_MEMORY, "out of memory for a transparency");
-    else {
-        // Where a line is blocked is a matter of surfaces at unknown radii: three spheres, and entry x exit.
-        encoding->shells[0] = 0.75f;
-        encoding->shells[1] = 0.5f;
-        encoding->shells[2] = 0.25f;
-        encoding->shell_count = 3;
-        encoding->use_grid4 = true;
-        encoding->log2_entries = 15;
-        struct trainer_rates rates = {.table = 1e-2f, .mlp = 3e-3f, .end = 1.0f / 100, .steps = steps};
-        status = field_net_create(&made->net, proxy->center, proxy->radius, encoding, &rates, seed, error);
-    }
-    free(encoding);
-    if (status)
-        free(made);
-    else
-        *t = made;
-    return status;
-}
-
-void transparency_destroy(struct transparency *t) {
-    if (t) field_net_fini(&t->net);
-    free(t);
-}
-
-// In place; a NaN becomes 0.
-static void sigmoid(float *z, size_t count) {
-    for (size_t i = 0; i < count; i++) z[i] = z[i] > -40 ? (z[i] < 40 ? -z[i] : -40) : 40;
-    kernel_best()->exponential(z, count);
-    for (size_t i = 0; i < count; i++) z[i] = 1 / (1 + z[i]);
-}
-
-static double transparency_loss(const void *user, size_t first, int count, const float *z, float *d_z) {
-    const struct job *job = user;
-    _Alignas(64) float value[FIELD_OUTPUTS * NET_LANES];
-    memcpy(value, z, sizeof value);
-    sigmoid(value, FIELD_OUTPUTS * NET_LANES);
-    double loss = 0;
-    for (int c = 0; c < FIELD_OUTPUTS; c++)
-        for (int l = 0; l < NET_LANES; l++) {
-            int i = c * NET_LANES + l;
-            d_z[i] = 0;
-            if (l >= count) continue;
-            const struct line_sample *sample = &job->samples[first + (size_t)l];
-            float t = value[i], difference = t - sample->target[c];
-            d_z[i] = sample->mass * difference * t * (1 - t);
-            loss += (double)(sample->mass * difference * difference);
-        }
-    return loss;
-}
-
-void transparency_train(struct transparency *t, const struct line_sample *samples, size_t n, int threads,
-                        double *loss) {
-    struct job job = {&t->net, samples};
-    double sum = trainer_step(t->net.trainer, &(struct trainer_batch){n, &job, job_encode, transparency_loss}, threads);
-    if (loss) *loss = sum / (double)n;
-}
-
-void transparency_plan(struct transparency *t, size_t steps) { t->net.trainer->rates.steps = steps; }
-
-void transparency_eval(const struct transparency *t, size_t n, const float (*point)[3], const float (*w)[3],
-                       float (*transmittance)[3]) {
-    for (size_t first = 0; first < n; first += NET_LANES) {
-        int count = (int)(n - first < NET_LANES ? n - first : NET_LANES);
-        _Alignas(64) float z[FIELD_OUTPUTS * NET_LANES];
-        float hit[NET_LANES];
-        field_net_eval(&t->net, count, point + first, w + first, z, hit);
-        sigmoid(z, FIELD_OUTPUTS * NET_LANES);
-        for (int l = 0; l < count; l++)
-            for (int c = 0; c < 3; c++) transmittance[first + (size_t)l][c] = hit[l] > 0 ? z[c * NET_LANES + l] : 1;
-    }
 }

@@ -9,6 +9,14 @@ struct light_field {
     float radiance_unit, scale[3];
 };
 
+struct hull_tree;
+
 struct transparency {
     struct field_net net;
+    struct hull_tree *tree; // of the hull that the network knows, or NULL
 };
+
+// Gives a transparency that was restored its hull. The hull is copied.
+enum status transparency_set_hull(struct transparency *t, const struct hull *hull, struct error *error);
+// Whether the line meets anything of the lamp; true where there is no hull to tell.
+bool transparency_sees(const struct transparency *t, const float point[3], const float w[3]);

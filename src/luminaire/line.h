@@ -4,9 +4,12 @@
 
 #include "net/grid.h"
 
+struct hull_crossing;
+
 struct line_block {
     _Alignas(64) float u[3][NET_LANES], e[3][NET_LANES], q[3][NET_LANES], w[3][NET_LANES];
     float half_chord[NET_LANES]; // |u - q|
+    const struct hull_crossing *crossings; // of the lines with a hull, or NULL; not set by line_block_load
     float hit[NET_LANES]; // 1: the line meets the sphere, 0: it does not (its points then lie on the rim)
 };
 

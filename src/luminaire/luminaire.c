@@ -134,6 +134,10 @@ void luminaire_transmittance(const struct luminaire *luminaire, size_t n, const 
     }
 }
 
+int luminaire_seen(const struct luminaire *luminaire, const float point[3], const float w[3]) {
+    return !luminaire->transparency || transparency_sees(luminaire->transparency, point, w);
+}
+
 void luminaire_sample(const struct luminaire *luminaire, size_t n, const float (*s)[3], const float (*u)[3],
                       float (*direction)[3], float *pdf_sa) {
     if (luminaire->paper)

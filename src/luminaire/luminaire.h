@@ -28,6 +28,9 @@ void luminaire_eval(const struct luminaire *luminaire, size_t n, const float (*p
                     float (*radiance)[3]);
 void luminaire_transmittance(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
                              float (*transmittance)[3]);
+// Whether a line meets anything of the lamp. Always true where the file holds no hull. Beside the lamp's silhouette the
+// light field has a dim glow: rays that look at the lamp leave it out where this says false.
+int luminaire_seen(const struct luminaire *luminaire, const float point[3], const float w[3]);
 // Directions from shading points s (anywhere: near, far, inside the proxy) towards the lamp: `direction` points from s
 // to the lamp, so the light travels along -direction. u: three numbers in [0,1) each. pdf_sa [1/sr] is > 0 and exact.
 void luminaire_sample(const struct luminaire *luminaire, size_t n, const float (*s)[3], const float (*u)[3],

@@ -41,6 +41,7 @@ static void put_net(struct writer *writer, const char *prefix, const struct fiel
     float values[NET_NUMBERS] = {(float)options->anchor_count, options->anchor_radius, (float)options->shell_count,
                                  options->use_grid4 ? 1.0f : 0.0f, (float)options->log2_entries};
     memcpy(values + 5, options->shells, sizeof options->shells);
+    values[9] = options->use_hull ? 1.0f : 0.0f;
     memcpy(numbers, values, sizeof values);
     put(writer, prefix, "encoding", TENSOR_F32, NET_NUMBERS, 0, numbers);
     if (options->anchor_count)
@@ -239,7 +240,7 @@ static enum status read_net(const struct reader *reader, const char *prefix, con
     float v[NET_NUMBERS];
     if (!take_floats(reader, prefix, "encoding", NET_NUMBERS, v)) return STATUS_INVALID;
     if (!is_count(v[0], ENCODING_MAX_ANCHORS) || !is_count(v[2], ENCODING_MAX_SHELLS) || !is_count(v[3], 1) ||
-        !is_count(v[4], 20))
+        !is_count(v[4], 20) || !is_count(v[9], 1))
         return fail(reader, "the encoding's numbers are out of range");
     struct encoding_options *options = calloc(1, sizeof *options);
     if (!options) return error_set(reader->error, STATUS_MEMORY, "%s: out of memory", reader->name);
@@ -248,6 +249,7 @@ static enum status read_net(const struct reader *reader, const char *prefix, con
     options->shell_count = (int)v[2];
     options->use_grid4 = v[3] > 0;
     options->log2_entries = (int)v[4];
+    options->use_hull = v[9] > 0;
     memcpy(options->shells, v + 5, sizeof options->shells);
     const struct tensor *anchors = NULL, *mlp = NULL, *table = NULL, *scale = NULL, *book = NULL;
     char packed_name[64];
@@ -359,6 +361,14 @@ static enum status read_compact(const struct reader *reader, struct luminaire *l
     return status ? status : read_density(reader, proxy, &l->density);
 }
 
+// The transparency may need the hull.
+static enum status share_hull(const struct reader *reader, struct luminaire *l) {
+    if (l->light && l->light->net.encoding.options.use_hull) return fail(reader, "the light field needs a hull");
+    if (!l->transparency || !l->transparency->net.encoding.options.use_hull) return STATUS_OK;
+    if (!l->hull) return fail(reader, "the transparency's hull is missing");
+    return transparency_set_hull(l->transparency, l->hull, reader->error);
+}
+
 static enum status read_all(const struct reader *reader, struct luminaire *l) {
     enum status status = read_proxy(reader, &l->shape);
     if (status) return status;
@@ -370,6 +380,7 @@ static enum status read_all(const struct reader *reader, struct luminaire *l) {
     else
         status = read_compact(reader, l);
     if (!status) status = hull_read(reader->file, reader->name, &l->shape.proxy, &l->hull, &l->view, reader->error);
+    if (!status) status = share_hull(reader, l);
     if (status) return status;
     return luminaire_set_metadata(l, reader->file->metadata_keys, reader->file->metadata_values,
                                   reader->file->metadata_count, reader->error);

@@ -125,6 +125,9 @@ static void ask(struct crossing_batch *batch, const struct luminaire_instance *i
         if (!crossing_wants(crossing, question)) continue;
         rgb answer = {batch->answer[asked][0], batch->answer[asked][1], batch->answer[asked][2]};
         if (question == QUESTION_RADIANCE) crossing->radiance = rgb_mul(answer, instance->dim);
+        if (question == QUESTION_RADIANCE && crossing->looks && !rgb_is_black(answer) &&
+            !luminaire_seen(instance->luminaire, point[asked], w[asked]))
+            crossing->radiance = rgb_gray(0);
         if (question == QUESTION_TRANSMITTANCE) crossing->transmittance = answer;
         if (question == QUESTION_PDF) crossing->pdf_sa = batch->pdf[asked];
         asked++;

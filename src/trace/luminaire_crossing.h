@@ -10,6 +10,7 @@ struct crossing {
     uint32_t luminaire; // index in scene->luminaires
     float t_mid; // where on the item's ray
     bool wants_radiance, wants_transmittance, wants_pdf;
+    bool looks; // the line shows the lamp itself: it is dark beside its silhouette
     vec3 viewpoint, direction; // of the ray: the light travels along -direction
     rgb radiance, transmittance; // answers; 0 and 1 where not asked
     float pdf_sa; // of luminaire_sample from the viewpoint giving this direction

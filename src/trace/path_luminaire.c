@@ -23,6 +23,7 @@ static void path_find_crossings(const struct path_tracer *tracer, struct path_wo
         if (t_mid >= t_end && !stops) continue;
         struct crossing *crossing = crossing_add(&worker->crossings, index, (uint32_t)i, &path->ray, t_mid);
         crossing->viewpoint = path->vertex.p;
+        crossing->looks = path->look;
         crossing->wants_radiance = !path_is_caustic(tracer, path);
         crossing->wants_transmittance = instance->keep != KEEP_ALL && !stops;
         crossing->wants_pdf = path->pdf > 0 && tracer->strategy != PATH_BSDF_ONLY;

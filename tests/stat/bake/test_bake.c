@@ -12,6 +12,8 @@
 
 #include "bake/bake_job.h"
 #include "format/safetensors.h"
+#include "math/sampler.h"
+#include "math/warp.h"
 
 static char folder[64];
 
@@ -178,9 +180,57 @@ static void errors_say_what_to_do(void **state) {
     assert_non_null(strstr(listener.warnings, "'vase' is open (3 edges"));
 }
 
+// With a hull in the file T is exact off its silhouettes: 0 through the bulb or the block, 1 beside both.
+static void silhouettes_are_exact(void **state) {
+    (void)state;
+    struct bake_plan plan = small;
+    plan.view = (struct view_plan){.chunks = 1, .triangles = 4000, .log2_entries = 10};
+    char body[1000];
+    snprintf(body, sizeof body, "%s%s", bulb, block);
+    const char *path = in_folder("hull.safetensors"), *lamp = write_lamp("hull.xml", body);
+    struct bake_options options = {.lamp_path = lamp, .output_path = path, .quality = BAKE_DRAFT};
+    struct run run = {.threads = 2, .seed = 1};
+    struct bake_report report;
+    struct error error;
+    assert_int_equal(bake_lamp_plan(&options, &plan, &run, &report, &error), STATUS_OK);
+    assert_true(report.evaluation.transparency_error < 0.01f);
+    struct luminaire *luminaire;
+    assert_int_equal(luminaire_load(&luminaire, path, &error), STATUS_OK);
+    int through = 0, beside = 0;
+    for (int i = 0; i < 2000; i++) {
+        struct sampler s = sampler_make(8, 0, (uint64_t)i);
+        vec3 d = warp_uniform_sphere(sampler_2d(&s)), p = {0.8f + 1.4f * sampler_1d(&s), 1.5f + sampler_1d(&s), 3};
+        vec3 from_bulb = vec3_sub(p, (vec3){1, 2, 3});
+        float offset = vec3_length(vec3_mad(d, -vec3_dot(from_bulb, d), from_bulb));
+        const float at[3] = {p.x - 2, p.y - 2, 0}, inverse[3] = {1 / d.x, 1 / d.y, 1 / d.z};
+        bool in_block[2]; // made 2 % smaller and larger
+        for (int k = 0; k < 2; k++) {
+            float half = k ? 0.306f : 0.294f, near = -INFINITY, far = INFINITY;
+            for (int a = 0; a < 3; a++) {
+                float t0 = (-half - at[a]) * inverse[a], t1 = (half - at[a]) * inverse[a];
+                near = fmaxf(near, fminf(t0, t1));
+                far = fminf(far, fmaxf(t0, t1));
+            }
+            in_block[k] = near <= far;
+        }
+        const float point[1][3] = {{p.x, p.y, p.z}}, w[1][3] = {{d.x, d.y, d.z}};
+        float t[1][3];
+        luminaire_transmittance(luminaire, 1, point, w, t);
+        if (in_block[0] || offset < 0.23f) { // the bulb is a mesh of few triangles in the hull
+            through++;
+            assert_true(t[0][0] == 0 && luminaire_seen(luminaire, point[0], w[0]));
+        } else if (!in_block[1] && offset > 0.255f) {
+            beside++;
+            assert_true(t[0][0] == 1 && !luminaire_seen(luminaire, point[0], w[0]));
+        }
+    }
+    assert_true(through > 100 && beside > 100);
+    luminaire_destroy(luminaire);
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(bare_sphere_is_exact),
-                                       cmocka_unit_test(same_file_for_threads_and_resume),
-                                       cmocka_unit_test(errors_say_what_to_do)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bare_sphere_is_exact), cmocka_unit_test(same_file_for_threads_and_resume),
+        cmocka_unit_test(errors_say_what_to_do), cmocka_unit_test(silhouettes_are_exact)};
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

@@ -219,7 +219,11 @@ static void test_resume(void **state) {
     light_field_eval(second, PROBES, (const float(*)[3])probes.point, (const float(*)[3])probes.w, rb);
     assert_memory_equal(ra, rb, sizeof ra);
     struct transparency *other;
-    assert_int_equal(transparency_create(&other, &lamp.proxy, 10, 1, &error), STATUS_OK);
+    assert_int_equal(
+        transparency_create(
+            &other, &(struct transparency_options){.proxy = &lamp.proxy, .log2_entries = 10, .steps = 10, .seed = 1},
+            &error),
+        STATUS_OK);
     assert_int_equal(transparency_load_state(other, path, &error), STATUS_INVALID); // another network's state
     transparency_destroy(other);
     light_field_destroy(whole);
@@ -234,7 +238,10 @@ static void test_transparency_learns(void **state) {
     struct transparency *t;
     struct error error;
     enum { BATCH = 4096, STEPS = 120 };
-    assert_int_equal(transparency_create(&t, &proxy, STEPS, 3, &error), STATUS_OK);
+    assert_int_equal(
+        transparency_create(
+            &t, &(struct transparency_options){.proxy = &proxy, .log2_entries = 15, .steps = STEPS, .seed = 3}, &error),
+        STATUS_OK);
     struct line_sample *samples = calloc(BATCH, sizeof *samples);
     double error2 = 0, mean = 0;
     for (size_t step = 0; step <= STEPS; step++) {
@@ -278,7 +285,14 @@ static struct luminaire *make_luminaire(const struct proxy *proxy, bool transpar
     light_field_set_scale(field, (const float[3]){1.1f, 0.9f, 1});
     struct transparency *t = NULL;
     struct error error = {0};
-    if (transparent) assert_int_equal(transparency_create(&t, proxy, 10, 1, &error), STATUS_OK);
+    if (transparent)
+        assert_int_equal(
+            transparency_create(
+                &t,
+                &(struct transparency_options){
+                    .proxy = proxy, .log2_entries = 12, .packed = proxy->kind == PROXY_BOX, .steps = 10, .seed = 1},
+                &error),
+            STATUS_OK);
     enum { EXITS = 5000 };
     struct line_exit *exits = malloc(EXITS * sizeof *exits);
     for (size_t i = 0; i < EXITS; i++) {
