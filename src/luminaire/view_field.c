@@ -174,7 +174,8 @@ static struct anchor_view view_anchors(const struct view_field_options *options,
                            p);
         float distance2 = vec3_dot(to, to) + 1e-8f;
         vec3 half = vec3_mad(to, 1 / sqrtf(distance2), w);
-        float cosine = vec3_dot(half, n), cosine2 = cosine > 0 ? sqrf(cosine) / (vec3_dot(half, half) + 1e-12f) : 0;
+        float cosine = vec3_dot(to, n) > 0 ? vec3_dot(half, n) : 0; // behind the surface: no highlight
+        float cosine2 = cosine > 0 ? sqrf(cosine) / (vec3_dot(half, half) + 1e-12f) : 0;
         if (cosine2 > best) {
             best = cosine2;
             view.mirror_distance2 = distance2;
