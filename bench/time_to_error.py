@@ -156,17 +156,20 @@ def error_of(picture, reference, mask):
 
 
 def seconds_to(series, target, biased):
-    """(CPU seconds, whether found by noise ~ 1 / time), or None where the bias alone is more."""
+    """(CPU seconds, whether extrapolated), or None where the bias alone is more."""
     for (_, t0, e0), (_, t1, e1) in zip(series, series[1:]):
         if e1 <= target < e0:
             share = math.log(e0 / target) / math.log(e0 / max(e1, target / 10))
             return math.exp(math.log(t0) + share * (math.log(t1) - math.log(t0))), False
     if series[0][2] <= target:
         return series[0][1], True
-    if biased:
-        return None
     products = sorted(t * max(e, 0) for _, t, e in series[-3:])
-    return products[len(products) // 2] / target, True
+    noise, bias = products[len(products) // 2], 0.0
+    if biased and len(series) > 2:  # error = noise / time + bias^2, through the last run and the one of a quarter of its time
+        (_, t0, e0), (_, t1, e1) = series[-3], series[-1]
+        bias = max(0.0, (e1 * t1 - e0 * t0) / (t1 - t0))
+        noise = max(e1 - bias, 0) * t1
+    return (noise / (target - bias), True) if bias < target else None
 
 
 def has_package(name):
@@ -234,6 +237,11 @@ def modernize(path):
         if element.tag == "spectrum" and ":" not in element.get("value"):
             element.tag = "rgb"
     root.set("version", "3.0.0")
+    integrator = root.find("integrator")
+    integrator.set("type", "path")
+    for child in list(integrator):
+        if child.get("name") not in ("max_depth", "rr_depth"):
+            integrator.remove(child)
     film = root.find("sensor").find("film")
     for child in list(film):
         film.remove(child)
