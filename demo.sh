@@ -14,8 +14,8 @@ room=scenes/demo_room.xml
 build/release/make_demo_lamp $out
 echo "== bake the lamp"
 $sconce bake $out/demo_lamp.xml -o $out/demo_lamp.safetensors --json >$out/bake.json
-echo "== the room with the baked lamp"
-$sconce render $room -D "lamp=$PWD/$out/demo_lamp.safetensors" -i path -s "$seconds" -o $out/baked.exr --png $out/baked.png --mask $out/mask.exr --json >$out/baked.json
+echo "== the room with the baked lamp, as its file shows it"
+$sconce render $room -D "lamp=$PWD/$out/demo_lamp.safetensors" -D appearance=surface -i path -s "$seconds" -o $out/baked.exr --png $out/baked.png --mask $out/mask.exr --json >$out/baked.json
 echo "== the same, the camera seeing the lamp's geometry"
 $sconce render $room -D "lamp=$PWD/$out/demo_lamp.safetensors" -D appearance=geometry -D keep=all -i path -s "$seconds" -o $out/baked_look.exr --png $out/baked_look.png --json >$out/baked_look.json
 echo "== the room with the lamp's geometry, bidirectional, the same time"
