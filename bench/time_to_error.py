@@ -5,8 +5,8 @@ usage: bench/time_to_error.py [--scene flower|crystal] [--seconds S] [--referenc
 
 The error is relMSE (eps 1e-3) outside the lamp against a long rendering of the real geometry, freed of that rendering's noise; so
 what the baked lamp gets wrong is in it. Every renderer runs with 1, 2, 4 ... samples until it has had S CPU seconds. Where an
-error lies between two runs it is interpolated; where it was not reached, and the renderer has no bias, it follows from noise ~ 1 / time
-and is marked with *. "sphere" is the floor: the same room lit by a plain sphere of the lamp's flux, against its own reference.
+error lies between two runs it is interpolated; where it was not reached for good, it follows from noise ~ 1 / time (the median over
+the runs; ours: with a constant bias) and is marked with *. "sphere" is the floor: the same room lit by a plain sphere of the lamp's flux, against its own reference.
 Mitsuba 3 (llvm variant: DRJIT_LIBLLVM_PATH may have to name a libLLVM that knows the processor) and LuxCore take part where their
 Python packages are installed. Writes results.json and chart.svg."""
 import argparse
@@ -25,7 +25,7 @@ from headline import FLOWER, ROOT, SCONCE, flower_room, sconce
 SCENES = {"flower": "Cherry Blossom in the box", "crystal": "crystal lamp, polished floor"}
 TARGETS = (0.01, 0.001)
 SIZE = (320, 240)
-COLORS = {"ours": "#c1121f", "ours bdpt": "#1d3557", "ours particle": "#457b9d", "sphere": "#888888", "sphere, Mitsuba 3": "#bbbbbb",
+COLORS = {"ours": "#c1121f", "ours bdpt": "#1d3557", "ours particle": "#457b9d", "sphere": "#555555", "sphere, Mitsuba 3": "#999999",
           "Mitsuba 3 ptracer": "#2a9d8f", "LuxCore bidir": "#e9a03b"}
 
 
@@ -157,13 +157,14 @@ def error_of(picture, reference, mask):
 
 def seconds_to(series, target, biased):
     """(CPU seconds, whether extrapolated), or None where the bias alone is more."""
-    for (_, t0, e0), (_, t1, e1) in zip(series, series[1:]):
-        if e1 <= target < e0:
-            share = math.log(e0 / target) / math.log(e0 / max(e1, target / 10))
-            return math.exp(math.log(t0) + share * (math.log(t1) - math.log(t0))), False
-    if series[0][2] <= target:
-        return series[0][1], True
-    products = sorted(t * max(e, 0) for _, t, e in series[-3:])
+    reached = [i for i, run in enumerate(series) if run[2] <= target]
+    if reached and all(run[2] <= target for run in series[reached[0]:]):  # and stays there
+        if reached[0] == 0:
+            return series[0][1], True
+        (_, t0, e0), (_, t1, e1) = series[reached[0] - 1:reached[0] + 1]
+        share = math.log(e0 / target) / math.log(e0 / max(e1, target / 10))
+        return math.exp(math.log(t0) + share * (math.log(t1) - math.log(t0))), False
+    products = sorted(t * max(e, 0) for _, t, e in series[1:] or series)
     noise, bias = products[len(products) // 2], 0.0
     if biased and len(series) > 2:  # error = noise / time + bias^2, through the last run and the one of a quarter of its time
         (_, t0, e0), (_, t1, e1) = series[-3], series[-1]
@@ -249,6 +250,8 @@ def modernize(path):
         ElementTree.SubElement(film, "integer", name=name, value=str(value))
     film.set("type", "hdrfilm")
     ElementTree.SubElement(film, "rfilter", type="box")
+    sampler = root.find("sensor").find("sampler")
+    sampler.set("type", "independent")  # others round the number of samples up
     tree.write(path)
 
 
