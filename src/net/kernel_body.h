@@ -293,5 +293,6 @@ static void kernel_exponential(float *values, size_t count) {
     }
 }
 
-const struct kernel KERNEL = {KERNEL_NAME,    kernel_index,    kernel_gather_float, kernel_gather_code,
-                              kernel_forward, kernel_backward, kernel_exponential, GEMM_TILE, kernel_gemm};
+const struct kernel KERNEL = {KERNEL_NAME,        kernel_index,   kernel_gather_float,
+                              kernel_gather_code, kernel_forward, kernel_backward,
+                              kernel_exponential, GEMM_TILE,      kernel_gemm};
