@@ -30,6 +30,8 @@ int common_fail(struct common *common, const struct sconce_error *error); // pri
 
 double option_number(struct argp_state *state, const char *text, const char *option, double min,
                      double max); // or usage error
+// `text` where it is one of the names (the last is NULL), or a usage error that lists them.
+const char *option_choice(struct argp_state *state, const char *text, const char *option, const char *const *names);
 // `input` with another extension, in buffer: where a command writes by default.
 const char *option_default_output(char *buffer, size_t size, const char *input, const char *extension);
 char *option_last_positional(struct argp_state *state, const char *text, char *previous, const char *what);

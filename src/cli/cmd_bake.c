@@ -36,30 +36,22 @@ static error_t parse(int key, char *argument, struct argp_state *state) {
         o->output = argument;
         return 0;
     case 'Q':
-        if (strcmp(argument, "draft") && strcmp(argument, "standard") && strcmp(argument, "high"))
-            argp_error(state, "--quality takes draft, standard or high, not '%s'", argument);
-        o->quality = argument;
+        o->quality = option_choice(state, argument, "--quality", (const char *[]){"draft", "standard", "high", NULL});
         return 0;
     case 's':
         o->seconds = option_number(state, argument, "--seconds", 1, 1e8);
         return 0;
     case KEY_SIZE:
-        if (strcmp(argument, "small") && strcmp(argument, "default") && strcmp(argument, "large"))
-            argp_error(state, "--size takes small, default or large, not '%s'", argument);
-        o->size = argument;
+        o->size = option_choice(state, argument, "--size", (const char *[]){"small", "default", "large", NULL});
         return 0;
     case KEY_PRESET:
-        if (strcmp(argument, "compact") && strcmp(argument, "paper"))
-            argp_error(state, "--preset takes compact or paper, not '%s'", argument);
-        o->preset = argument;
+        o->preset = option_choice(state, argument, "--preset", (const char *[]){"compact", "paper", NULL});
         return 0;
     case KEY_PROXY:
         o->proxy = argument;
         return 0;
     case KEY_VIEW:
-        if (strcmp(argument, "hull") && strcmp(argument, "none"))
-            argp_error(state, "--view takes hull or none, not '%s'", argument);
-        o->view = argument;
+        o->view = option_choice(state, argument, "--view", (const char *[]){"hull", "none", NULL});
         return 0;
     case KEY_RESUME:
         o->resume = true;

@@ -1,13 +1,11 @@
 // sconce render: a scene to a picture.
 #include <stdio.h>
-#include <string.h>
 
 #include "cli.h"
 
 struct render_input {
     struct common common;
     struct sconce_render_options options;
-    bool has_samples;
 };
 
 enum { KEY_SPP = 2000, KEY_SIZE, KEY_MAX_DEPTH, KEY_EXPOSURE, KEY_MASK, KEY_PNG, KEY_UNBIASED };
@@ -38,9 +36,8 @@ static error_t parse(int key, char *argument, struct argp_state *state) {
         o->output = argument;
         return 0;
     case 'i':
-        if (strcmp(argument, "path") && strcmp(argument, "bdpt") && strcmp(argument, "particle"))
-            argp_error(state, "--integrator takes path, bdpt or particle, not '%s'", argument);
-        o->integrator = argument;
+        o->integrator =
+            option_choice(state, argument, "--integrator", (const char *[]){"path", "bdpt", "particle", NULL});
         return 0;
     case KEY_SPP:
         o->samples = (int)option_number(state, argument, "--spp", 1, 1e9);

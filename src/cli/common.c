@@ -67,6 +67,17 @@ double option_number(struct argp_state *state, const char *text, const char *opt
     return value;
 }
 
+const char *option_choice(struct argp_state *state, const char *text, const char *option, const char *const *names) {
+    char list[200] = "";
+    for (int i = 0; names[i]; i++) {
+        if (!strcmp(text, names[i])) return text;
+        const char *before = i == 0 ? "" : names[i + 1] ? ", " : " or ";
+        snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", before, names[i]);
+    }
+    argp_error(state, "%s takes %s, not '%s'", option, list, text);
+    return text;
+}
+
 char *option_last_positional(struct argp_state *state, const char *text, char *previous, const char *what) {
     if (previous) argp_error(state, "one %s at a time: '%s' is too many", what, text);
     return (char *)(uintptr_t)text;
