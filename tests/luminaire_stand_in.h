@@ -1,7 +1,7 @@
 // For tests that bring a luminaire of their own in place of a baked one: everything but its light. Its proxy is the
 // unit sphere and light samples fill the cone under which a point sees it. The including file defines `struct
-// luminaire`, stand_in, luminaire_flux, luminaire_span, luminaire_eval and luminaire_transmittance; with
-// STAND_IN_HAS_HULL also luminaire_hull and luminaire_view.
+// luminaire`, stand_in, luminaire_flux, luminaire_eval and luminaire_transmittance; with STAND_IN_HAS_HULL also
+// luminaire_hull and luminaire_view.
 #pragma once
 
 #include "luminaire/luminaire.h"
@@ -44,6 +44,26 @@ int luminaire_seen(const struct luminaire *luminaire, const float point[3], cons
     return 1;
 }
 static vec3 vec3_from(const float v[3]) { return (vec3){v[0], v[1], v[2]}; }
+
+static inline bool sphere_span(vec3 origin, vec3 direction, vec3 center, float radius, float *t_near, float *t_far) {
+    vec3 p = vec3_sub(origin, center);
+    double b = vec3_dot(p, direction), c = vec3_dot(p, p) - radius * radius, discriminant = b * b - c;
+    if (discriminant <= 0) return false;
+    *t_near = (float)(-b - sqrt(discriminant));
+    *t_far = (float)(-b + sqrt(discriminant));
+    return true;
+}
+
+int luminaire_span(const struct luminaire *luminaire, const float origin[3], const float direction[3], float *t_near,
+                   float *t_far) {
+    (void)luminaire;
+    return sphere_span(vec3_from(origin), vec3_from(direction), (vec3){0, 0, 0}, 1, t_near, t_far);
+}
+
+static inline float line_distance(const float point[3], const float w[3]) { // from the centre
+    vec3 p = vec3_from(point), d = vec3_from(w);
+    return vec3_length(vec3_mad(d, -vec3_dot(p, d), p));
+}
 
 static float cone_cos(vec3 s) { // of the proxy's cone; -1 inside
     float d2 = vec3_dot(s, s);

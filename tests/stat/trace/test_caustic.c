@@ -15,6 +15,7 @@
 #include "math/warp.h"
 #include "trace/path.h"
 #include "luminaire_stand_in.h"
+#include "write_file.h"
 
 // --- The luminaire: proxy = unit sphere; light from lines that pass its centre within light_radius. ---
 
@@ -27,22 +28,6 @@ static struct luminaire *stand_in(void) { return &the_luminaire; }
 void luminaire_flux(const struct luminaire *luminaire, float flux[3]) {
     (void)luminaire;
     flux[0] = flux[1] = flux[2] = 10;
-}
-
-static float line_distance(const float point[3], const float w[3]) { // from the centre
-    vec3 p = vec3_from(point), d = vec3_from(w);
-    return vec3_length(vec3_mad(d, -vec3_dot(p, d), p));
-}
-
-int luminaire_span(const struct luminaire *luminaire, const float origin[3], const float direction[3], float *t_near,
-                   float *t_far) {
-    (void)luminaire;
-    float middle = -vec3_dot(vec3_from(origin), vec3_from(direction)), distance = line_distance(origin, direction);
-    if (distance >= 1) return false;
-    float half = sqrtf(1 - distance * distance);
-    *t_near = middle - half;
-    *t_far = middle + half;
-    return true;
 }
 
 void luminaire_eval(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
@@ -108,16 +93,6 @@ static const char *const lamp =
                            "<shape type='sphere'><point name='center' x='-0.5' y='0' z='-0.2'/><float name='radius' "
                            "value='0.1'/>" DIFFUSE(
                                "0.2") "<emitter type='area'><rgb name='radiance' value='3'/></emitter></shape></scene>";
-
-static void write_file(const char *path, const char *format, ...) {
-    FILE *file = fopen(path, "w");
-    assert_non_null(file);
-    va_list arguments;
-    va_start(arguments, format);
-    vfprintf(file, format, arguments);
-    va_end(arguments);
-    fclose(file);
-}
 
 struct composition {
     const char *keep, *appearance;

@@ -18,6 +18,7 @@
 #include "luminaire/view_field.h"
 #define STAND_IN_HAS_HULL
 #include "luminaire_stand_in.h"
+#include "write_file.h"
 
 // --- The luminaire: proxy = unit sphere. ---
 
@@ -38,27 +39,12 @@ void luminaire_flux(const struct luminaire *luminaire, float flux[3]) {
     flux[2] = PI_F * area * sphere_radiance.b;
 }
 
-static bool span(vec3 origin, vec3 direction, vec3 center, float radius, float *t_near, float *t_far) {
-    vec3 p = vec3_sub(origin, center);
-    double b = vec3_dot(p, direction), c = vec3_dot(p, p) - radius * radius, discriminant = b * b - c;
-    if (discriminant <= 0) return false;
-    *t_near = (float)(-b - sqrt(discriminant));
-    *t_far = (float)(-b + sqrt(discriminant));
-    return true;
-}
-
-int luminaire_span(const struct luminaire *luminaire, const float origin[3], const float direction[3], float *t_near,
-                   float *t_far) {
-    (void)luminaire;
-    return span(vec3_from(origin), vec3_from(direction), (vec3){0, 0, 0}, 1, t_near, t_far);
-}
-
 // First surface on the line, seen from outside against w: 0 none, 1 sphere, 2 plate.
 static int first_hit(const float point[3], const float w[3], vec3 *p) {
     vec3 direction = vec3_neg(vec3_from(w));
     float t_near, t_far, t_plate = INFINITY, t_sphere = INFINITY;
     for (int side = -1; side <= 1; side += 2)
-        if (span(vec3_from(point), direction, (vec3){0, 0, side * sphere_z}, sphere_radius, &t_near, &t_far))
+        if (sphere_span(vec3_from(point), direction, (vec3){0, 0, side * sphere_z}, sphere_radius, &t_near, &t_far))
             t_sphere = fminf(t_sphere, t_near);
     if (direction.z != 0) {
         t_plate = -point[2] / direction.z;
@@ -215,16 +201,6 @@ struct composition {
     bool baked;
     const char *keep, *appearance;
 };
-
-static void write_file(const char *path, const char *format, ...) {
-    FILE *file = fopen(path, "w");
-    assert_non_null(file);
-    va_list arguments;
-    va_start(arguments, format);
-    vfprintf(file, format, arguments);
-    va_end(arguments);
-    fclose(file);
-}
 
 static void load(struct scene *scene, struct composition composition, float albedo, const struct run *run) {
     char folder[] = "/tmp/sconce_test_lamp_XXXXXX", lamp_path[100], room_path[100], options[400] = "", lamp_text[1000];

@@ -16,6 +16,7 @@
 #include "trace/path.h"
 #include "trace/residual.h"
 #include "luminaire_stand_in.h"
+#include "write_file.h"
 
 extern const struct integrator_type bdpt_integrator;
 
@@ -30,22 +31,6 @@ static struct luminaire *stand_in(void) { return &the_luminaire; }
 void luminaire_flux(const struct luminaire *luminaire, float flux[3]) {
     (void)luminaire;
     flux[0] = flux[1] = flux[2] = 20;
-}
-
-static float line_distance(const float point[3], const float w[3]) { // from the centre
-    vec3 p = vec3_from(point), d = vec3_from(w);
-    return vec3_length(vec3_mad(d, -vec3_dot(p, d), p));
-}
-
-int luminaire_span(const struct luminaire *luminaire, const float origin[3], const float direction[3], float *t_near,
-                   float *t_far) {
-    (void)luminaire;
-    float middle = -vec3_dot(vec3_from(origin), vec3_from(direction)), distance = line_distance(origin, direction);
-    if (distance >= 1) return false;
-    float half = sqrtf(1 - distance * distance);
-    *t_near = middle - half;
-    *t_far = middle + half;
-    return true;
 }
 
 void luminaire_eval(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
@@ -118,16 +103,6 @@ static const char *const room =
                                                                                         "value='0.7'/><translate "
                                                                                         "x='0.1' y='0.3' z='0.5'/>"
                                                                                         "</transform></shape></scene>";
-
-static void write_file(const char *path, const char *format, ...) {
-    FILE *file = fopen(path, "w");
-    assert_non_null(file);
-    va_list arguments;
-    va_start(arguments, format);
-    vfprintf(file, format, arguments);
-    va_end(arguments);
-    fclose(file);
-}
 
 enum kind { GEOMETRY, MODEL, UNBIASED };
 
