@@ -116,14 +116,14 @@ struct sconce_figures { // what was measured on held-out lines, beside the black
     float flux[3], flux_noise[3]; // of the traced lamp, and its relative standard error
     float flux_error[3]; // of the file against it, relative and signed
     int distance_count;
-    float distance_radii[8], irradiance_error[8],
-        irradiance_noise[8]; // mean relative error over points at that distance
-    float light_field_error,
-        light_field_error_black; // mean squared error of radiance over bundles of lines, relative to the mean square
+    // Mean relative error over points at that distance.
+    float distance_radii[8], irradiance_error[8], irradiance_noise[8];
+    // Mean squared error of radiance over bundles of lines, relative to the mean square.
+    float light_field_error, light_field_error_black;
     float transparency_error, transparency_error_black; // mean absolute error
     float transparency_noise; // what a perfect luminaire would score
-    float sample_variance,
-        sample_variance_uniform; // relative variance of L cos / p of one light sample; of a uniform one
+    // Relative variance of L cos / p of one light sample; of a uniform one.
+    float sample_variance, sample_variance_uniform;
     // By sconce_evaluate only (else false): the irradiance map of 256 x 256 pixels on a wall 2 radii away; orthographic
     // pictures of the lamp from 8 directions, as mean squared error of log(1 + x) in dB below the black image's. Noise
     // is taken out of relMSE and dB; FLIP has it, so the FLIP of a perfect luminaire stands beside it.
@@ -158,8 +158,8 @@ struct sconce_render_options {
     // not found, or is not what was baked. keep and appearance of the lamps are ignored.
     bool unbiased;
     float exposure; // of a .png; 0: automatic
-    const char
-        *mask; // an .exr to write as well: 1 where the camera sees no baked lamp, directly or in a mirror; or NULL
+    // An .exr to write as well: 1 where the camera sees no baked lamp, directly or in a mirror; or NULL.
+    const char *mask;
     const char *png; // a .png to write beside the output, or NULL
 };
 
@@ -176,8 +176,8 @@ SCONCE_API enum sconce_status sconce_render(const struct sconce_render_options *
 
 struct sconce_comparison {
     double mse, rel_mse, psnr_db, psnr_log_db, flip; // rel_mse: mean of (a - r)^2 / (r^2 + 1e-3)
-    double
-        rel_mse_corrected; // rel_mse less what the reference's own noise adds (its variance channels), or NAN without
+    // rel_mse less what the reference's own noise adds (its variance channels), or NAN without.
+    double rel_mse_corrected;
     double mean_ratio[3];
     double block_error_max, block_error_mean; // |mean ratio - 1| over 4x4 blocks
     size_t pixel_count;
