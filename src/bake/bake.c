@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "bake/bake_job.h"
-#include "bake/hull_build.h"
 #include "bake/lamp_check.h"
 #include "bake/lamp_proxy.h"
 #include "luminaire/hull.h"
@@ -79,23 +78,14 @@ static void describe_job(const struct bake_job *job, char text[80]) {
 }
 
 static enum status create_transparency(struct bake_job *job, struct error *error) {
-    struct hull *hull = NULL;
-    struct hull_map map = {0};
-    enum status status = STATUS_OK;
-    if (bake_has_view(job) && bake_camera_sees_all(&job->scene)) // else the file's hull may be left out
-        status = hull_build(&hull, &map, &job->lamp, job->plan.view.triangles, error);
-    if (status == STATUS_OK) {
-        const struct transparency_options options = {.proxy = &job->lamp.proxy,
-                                                     .hull = hull,
-                                                     .log2_entries = job->plan.log2_entries,
-                                                     .packed = job->plan.packed,
-                                                     .steps = job->plan.transparency_chunks * CHUNK_STEPS,
-                                                     .seed = job->lamp.seed};
-        status = transparency_create(&job->transparency, &options, error);
-    }
-    hull_map_fini(&map);
-    hull_destroy(hull);
-    return status;
+    const struct transparency_options options = {
+        .proxy = &job->lamp.proxy,
+        .hull = bake_camera_sees_all(&job->scene) ? job->view.hull : NULL, // else the file's hull may be left out
+        .log2_entries = job->plan.log2_entries,
+        .packed = job->plan.packed,
+        .steps = job->plan.transparency_chunks * CHUNK_STEPS,
+        .seed = job->lamp.seed};
+    return transparency_create(&job->transparency, &options, error);
 }
 
 static enum status start_training(struct bake_job *job, struct error *error) {
@@ -119,6 +109,8 @@ static enum status start_training(struct bake_job *job, struct error *error) {
     job->start_s -= job->checkpoint.seconds;
     status = light_training_create(&job->light, &job->lamp, &job->survey, job->guide, &job->checkpoint.recipe,
                                    STREAM_TRAINING, error);
+    if (status == STATUS_OK && bake_has_view(job))
+        status = hull_build(&job->view.hull, &job->hull_map, &job->lamp, job->plan.view.triangles, error);
     if (status == STATUS_OK) status = create_transparency(job, error);
     if (status == STATUS_OK && resumed) {
         job->light.traced = job->checkpoint.traced;
@@ -187,6 +179,7 @@ enum status bake_lamp_plan(const struct bake_options *options, const struct bake
         transparency_destroy(job->transparency);
         paper_destroy(job->paper);
         hull_destroy(job->view.hull);
+        hull_map_fini(&job->hull_map);
         view_field_destroy(job->view.field);
         held_out_destroy(&job->held_out);
         line_guide_destroy(job->guide);

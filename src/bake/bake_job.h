@@ -36,6 +36,7 @@ struct bake_job {
     struct transparency *transparency;
     struct paper *paper; // preset paper: in place of the two above; else NULL
     struct view_result view;
+    struct hull_map hull_map; // of view.hull
     uint64_t identity; // of the lamp
 };
 

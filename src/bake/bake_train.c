@@ -119,7 +119,7 @@ enum status bake_view_stage(struct bake_job *job, struct error *error) {
     struct view_plan plan = job->plan.view;
     plan.data = job->checkpoint.recipe.data;
     if (job->options->seconds > 0) plan.seconds = fmax(1, job->deadline_s - bake_reserve_s(job) - clock_wall_s());
-    enum status status = view_bake(&job->view, &job->lamp, &plan, job->run, error);
+    enum status status = view_bake(&job->view, &job->hull_map, &job->lamp, &plan, job->run, error);
     if (status == STATUS_CANCELLED) {
         enum status saved = save_checkpoint(job, error);
         if (saved != STATUS_OK) return saved;

@@ -19,7 +19,7 @@ static const double least_share = 0.02, least_exit_rate = 0.05; // of lines that
 
 struct view_training {
     const struct lamp *lamp;
-    struct hull_map map;
+    const struct hull_map *map;
     enum gather_stream stream;
     size_t first, count; // of the running gathering: lines or particles
     bool particles, trace; // particles, or lines with or without their light
@@ -40,7 +40,7 @@ static void store(float to[3], vec3 v) {
 
 static void describe(const struct view_training *training, const struct surface *surface, vec3 w,
                      struct view_sample *sample) {
-    sample->at.part = training->map.part[surface->shape->index];
+    sample->at.part = training->map->part[surface->shape->index];
     store(sample->at.point, surface->p);
     store(sample->at.normal, surface->shading.n);
     store(sample->at.w, w);
@@ -56,7 +56,7 @@ static bool draw_line(const struct view_training *training, size_t index, struct
     vec3 start = frame_world_from_local(&frame, (vec3){disk.x, disk.y, 1.001f});
     struct ray ray = {vec3_mad(start, proxy->radius, center), vec3_neg(w), 0, INFINITY};
     struct line_view view;
-    if (!trace_line_view(lamp->scene, training->map.glass, &ray, &sampler, &view)) return false;
+    if (!trace_line_view(lamp->scene, training->map->glass, &ray, &sampler, &view)) return false;
     describe(training, &view.surface, vec3_neg(view.ray.direction), sample);
     sample->mass = view.weight;
     if (!training->trace) return true;
@@ -71,7 +71,7 @@ static bool draw_particle(const struct view_training *training, size_t index, st
     struct sampler sampler = sampler_make(training->lamp->seed, (uint64_t)training->stream << 56 | 1, index);
     struct particle_exit exit;
     struct particle_source source;
-    trace_particle_source(training->lamp->scene, training->map.glass, &sampler, MAX_DEPTH, &exit, &source);
+    trace_particle_source(training->lamp->scene, training->map->glass, &sampler, MAX_DEPTH, &exit, &source);
     if (!exit.escaped || !source.surface.shape || !rgb_is_finite(source.flux)) return false;
     describe(training, &source.surface, source.direction, sample);
     store(sample->target, (vec3){source.flux.r, source.flux.g, source.flux.b});
@@ -246,20 +246,15 @@ static enum status learn(struct view_result *result, struct view_training *train
     return status ? status : scale_field(training, result->field, plan->data, &counts, error);
 }
 
-static void drop(struct view_result *result) {
+enum status view_bake(struct view_result *result, const struct hull_map *map, const struct lamp *lamp,
+                      const struct view_plan *plan, const struct run *run, struct error *error) {
+    if (!result->hull) return STATUS_OK;
+    struct view_training training = {.lamp = lamp, .map = map};
+    enum status status = learn(result, &training, plan, run, error);
+    release(&training);
+    if (status == STATUS_OK && result->field) return STATUS_OK;
     hull_destroy(result->hull);
     view_field_destroy(result->field);
     *result = (struct view_result){NULL, NULL};
-}
-
-enum status view_bake(struct view_result *result, const struct lamp *lamp, const struct view_plan *plan,
-                      const struct run *run, struct error *error) {
-    *result = (struct view_result){NULL, NULL};
-    struct view_training training = {.lamp = lamp};
-    enum status status = hull_build(&result->hull, &training.map, lamp, plan->triangles, error);
-    if (status == STATUS_OK && result->hull) status = learn(result, &training, plan, run, error);
-    hull_map_fini(&training.map);
-    release(&training);
-    if (status != STATUS_OK || !result->field) drop(result);
     return status;
 }

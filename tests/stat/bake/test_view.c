@@ -67,9 +67,12 @@ static void tear_down(struct setting *s) {
 static struct view_result bake(struct setting *s, enum data_source data, size_t chunks) {
     const struct run run = {.threads = s->lamp.threads, .seed = 1};
     struct view_plan plan = {.data = data, .chunks = chunks, .triangles = 4000, .log2_entries = 12};
-    struct view_result result;
+    struct view_result result = {NULL, NULL};
+    struct hull_map map;
     struct error error = {0};
-    assert_int_equal(view_bake(&result, &s->lamp, &plan, &run, &error), STATUS_OK);
+    assert_int_equal(hull_build(&result.hull, &map, &s->lamp, plan.triangles, &error), STATUS_OK);
+    assert_int_equal(view_bake(&result, &map, &s->lamp, &plan, &run, &error), STATUS_OK);
+    hull_map_fini(&map);
     assert_non_null(result.hull);
     assert_int_equal(hull_check(result.hull, s->lamp.proxy.center, s->lamp.proxy.radius, &error), STATUS_OK);
     return result;
