@@ -5,7 +5,10 @@
 
 #include "net/kernel.h"
 
-enum { MAX_CORNERS = GRID_MAX_LOOKUPS * (GRID_MAX_DIMS + 1) };
+enum {
+    MAX_CORNERS = GRID_MAX_LOOKUPS * (GRID_MAX_DIMS + 1),
+    FEW = 4, // lines up to which one by one is faster than a block
+};
 
 static enum status set_up(struct field_net *net, const float center[3], float radius,
                           const struct encoding_options *options, struct error *error) {
@@ -35,15 +38,24 @@ enum status field_net_create(struct field_net *net, const float center[3], float
 
 size_t field_net_parameters(const struct field_net *net) { return mlp_layout(&net->shape).count; }
 
-static enum status allocate_finished(struct field_net *net, struct error *error) {
-    net->mlp = calloc(field_net_parameters(net), sizeof(float));
-    net->codes = calloc((size_t)net->encoding.layout.entry_count * 2 + GRID_PADDING, 1);
-    if (net->packed) net->places = calloc(net->encoding.layout.entry_count, 1);
-    if (net->mlp && net->codes && (net->places || !net->packed)) return STATUS_OK;
+static void free_finished(struct field_net *net) {
     free(net->mlp);
+    free(net->mlp_by_input);
+    free(net->by_lookup);
     free(net->codes);
     free(net->places);
-    net->mlp = NULL, net->codes = NULL, net->places = NULL;
+    net->mlp = net->mlp_by_input = NULL, net->by_lookup = NULL, net->codes = NULL, net->places = NULL;
+}
+
+static enum status allocate_finished(struct field_net *net, struct error *error) {
+    net->mlp = calloc(field_net_parameters(net), sizeof(float));
+    net->mlp_by_input = calloc(field_net_parameters(net), sizeof(float));
+    net->by_lookup = aligned_alloc(_Alignof(struct grid_by_lookup), sizeof *net->by_lookup);
+    net->codes = calloc((size_t)net->encoding.layout.entry_count * 2 + GRID_PADDING, 1);
+    if (net->packed) net->places = calloc(net->encoding.layout.entry_count, 1);
+    if (net->mlp && net->mlp_by_input && net->by_lookup && net->codes && (net->places || !net->packed))
+        return STATUS_OK;
+    free_finished(net);
     return error_set(error, STATUS_MEMORY, "out of memory for a network");
 }
 
@@ -57,6 +69,11 @@ static void unpack(struct field_net *net) {
             net->codes[2 * i + 1] = net->book[k][net->places[i] >> 4];
         }
     }
+}
+
+static void derive(struct field_net *net) {
+    mlp_transpose(&net->shape, net->mlp, net->mlp_by_input);
+    grid_by_lookup_make(&net->encoding.layout, net->scale, net->by_lookup);
 }
 
 static uint8_t place_in_book(const int8_t book[GRID_BOOK], int8_t code) {
@@ -96,6 +113,7 @@ enum status field_net_restore(struct field_net *net, const float center[3], floa
         memcpy(net->places, numbers->places, numbers->entry_count);
         unpack(net);
     }
+    derive(net);
     return STATUS_OK;
 }
 
@@ -106,6 +124,7 @@ enum status field_net_finish(struct field_net *net, struct error *error) {
     memcpy(net->mlp, net->trainer->mlp, net->trainer->mlp_count * sizeof(float));
     grid_quantise(&net->encoding.layout, net->trainer->table, net->codes, net->scale);
     if (net->packed) pack(net);
+    derive(net);
     trainer_fini(net->trainer);
     free(net->trainer);
     net->trainer = NULL;
@@ -115,29 +134,45 @@ enum status field_net_finish(struct field_net *net, struct error *error) {
 void field_net_fini(struct field_net *net) {
     if (net->trainer) trainer_fini(net->trainer);
     free(net->trainer);
-    free(net->mlp);
-    free(net->codes);
-    free(net->places);
+    free_finished(net);
     *net = (struct field_net){.radius = 0};
+}
+
+static void forward_few(const struct field_net *net, int count, const struct grid_input *input, float *z) {
+    const struct kernel *kernel = kernel_best();
+    memset(z, 0, sizeof(float) * FIELD_OUTPUTS * NET_LANES);
+    for (int l = 0; l < count; l++) {
+        float x[MLP_MAX_INPUTS], one[FIELD_OUTPUTS];
+        kernel->lookup_lane(net->by_lookup, net->codes, input, l, x);
+        kernel->forward_lane(&net->shape, net->mlp_by_input, x, one);
+        for (int c = 0; c < FIELD_OUTPUTS; c++) z[c * NET_LANES + l] = one[c];
+    }
+}
+
+static void forward_block(const struct field_net *net, const struct grid_input *input, float *z) {
+    const struct kernel *kernel = kernel_best();
+    const struct grid_layout *layout = &net->encoding.layout;
+    _Alignas(64) float x[MLP_MAX_INPUTS * NET_LANES], h1[FIELD_WIDTH * NET_LANES], h2[FIELD_WIDTH * NET_LANES];
+    if (net->trainer) {
+        _Alignas(64) int32_t index[MAX_CORNERS * NET_LANES];
+        _Alignas(64) float weight[MAX_CORNERS * NET_LANES];
+        kernel->index(layout, input, index, weight);
+        kernel->gather_float(layout, net->trainer->table, input, index, weight, x);
+    } else
+        kernel->lookup(layout, net->codes, net->scale, input, x);
+    kernel->forward(&net->shape, net->trainer ? net->trainer->mlp : net->mlp, x, h1, h2, z);
 }
 
 void field_net_eval(const struct field_net *net, int count, const float (*point)[3], const float (*w)[3],
                     const struct hull_crossing *crossings, float *z, float *hit) {
-    const struct kernel *kernel = kernel_best();
-    const struct grid_layout *layout = &net->encoding.layout;
     struct line_block lines;
     struct grid_input input;
-    _Alignas(64) int32_t index[MAX_CORNERS * NET_LANES];
-    _Alignas(64) float weight[MAX_CORNERS * NET_LANES], x[MLP_MAX_INPUTS * NET_LANES];
-    _Alignas(64) float h1[FIELD_WIDTH * NET_LANES], h2[FIELD_WIDTH * NET_LANES];
     line_block_load(&lines, net->center, net->radius, count, point, w);
     lines.crossings = crossings;
     encoding_encode(&net->encoding, &lines, &input);
-    kernel->index(layout, &input, index, weight);
-    if (net->trainer)
-        kernel->gather_float(layout, net->trainer->table, &input, index, weight, x);
+    if (count <= FEW && !net->trainer)
+        forward_few(net, count, &input, z);
     else
-        kernel->gather_code(layout, net->codes, net->scale, &input, index, weight, x);
-    kernel->forward(&net->shape, net->trainer ? net->trainer->mlp : net->mlp, x, h1, h2, z);
+        forward_block(net, &input, z);
     memcpy(hit, lines.hit, sizeof lines.hit);
 }

@@ -13,6 +13,8 @@ struct field_net {
     struct mlp_shape shape;
     struct trainer *trainer; // while training, else NULL
     float *mlp; // of the finished network; NULL while training
+    float *mlp_by_input; // the same by mlp_transpose, and the layout by lookup: for single lines
+    struct grid_by_lookup *by_lookup;
     int8_t *codes; // entry_count * 2 + GRID_PADDING
     float scale[GRID_MAX_LEVELS];
     bool packed; // the finished codes are of the 16 values of `book` a level only, and written in 4 bits
@@ -42,7 +44,8 @@ enum status field_net_finish(struct field_net *net, struct error *error);
 void field_net_fini(struct field_net *net);
 size_t field_net_parameters(const struct field_net *net); // of the MLP
 
-// z [FIELD_OUTPUTS][NET_LANES] of `count` <= NET_LANES lines; hit[l] = 0 where a line misses the bounding sphere.
-// `crossings`: NET_LANES of them, positions in the unit ball, where the encoding uses the hull; else NULL.
+// z [FIELD_OUTPUTS][NET_LANES] of `count` <= NET_LANES lines, each the same bit for bit in whatever company; hit[l] = 0
+// where a line misses the bounding sphere. `crossings`: NET_LANES of them, positions in the unit ball, where the
+// encoding uses the hull; else NULL.
 void field_net_eval(const struct field_net *net, int count, const float (*point)[3], const float (*w)[3],
                     const struct hull_crossing *crossings, float *z, float *hit);

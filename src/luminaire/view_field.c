@@ -282,25 +282,30 @@ void view_field_train(struct view_field *field, const struct view_sample *sample
     if (loss) *loss = sum;
 }
 
-void view_field_eval(const struct view_field *field, size_t n, const struct view_point *points, float (*radiance)[3]) {
+static void forward_block(const struct view_field *field, const struct grid_input *input, float *z) {
     const struct kernel *kernel = kernel_best();
     const struct grid_layout *layout = &field->layout;
+    _Alignas(64) float x[MLP_MAX_INPUTS * NET_LANES], h1[WIDTH * NET_LANES], h2[WIDTH * NET_LANES];
+    if (field->trainer) {
+        _Alignas(64) int32_t index[MAX_CORNERS * NET_LANES];
+        _Alignas(64) float weight[MAX_CORNERS * NET_LANES];
+        kernel->index(layout, input, index, weight);
+        kernel->gather_float(layout, field->trainer->table, input, index, weight, x);
+    } else
+        kernel->lookup(layout, field->codes, field->table_scale, input, x);
+    kernel->forward(&field->shape, field->trainer ? field->trainer->mlp : field->mlp, x, h1, h2, z);
+}
+
+void view_field_eval(const struct view_field *field, size_t n, const struct view_point *points, float (*radiance)[3]) {
     struct grid_input input;
-    _Alignas(64) int32_t index[MAX_CORNERS * NET_LANES];
-    _Alignas(64) float weight[MAX_CORNERS * NET_LANES], x[MLP_MAX_INPUTS * NET_LANES];
-    _Alignas(64) float h1[WIDTH * NET_LANES], h2[WIDTH * NET_LANES], z[OUTPUTS * NET_LANES];
+    _Alignas(64) float z[OUTPUTS * NET_LANES];
     for (size_t first = 0; first < n; first += NET_LANES) {
         size_t count = n - first < NET_LANES ? n - first : NET_LANES;
         for (int l = 0; l < NET_LANES; l++)
             encode_lane(&field->options, &points[first + ((size_t)l < count ? (size_t)l : count - 1)], l, &input);
-        kernel->index(layout, &input, index, weight);
-        if (field->trainer)
-            kernel->gather_float(layout, field->trainer->table, &input, index, weight, x);
-        else
-            kernel->gather_code(layout, field->codes, field->table_scale, &input, index, weight, x);
-        kernel->forward(&field->shape, field->trainer ? field->trainer->mlp : field->mlp, x, h1, h2, z);
+        forward_block(field, &input, z);
         for (int i = 0; i < OUTPUTS * NET_LANES; i++) z[i] = clamp_log(z[i]);
-        kernel->exponential(z, OUTPUTS * NET_LANES);
+        kernel_best()->exponential(z, OUTPUTS * NET_LANES);
         for (size_t l = 0; l < count; l++)
             for (int c = 0; c < 3; c++)
                 radiance[first + l][c] = z[(size_t)c * NET_LANES + l] * field->options.radiance_unit * field->scale[c];

@@ -38,6 +38,24 @@ int grid_input_count(const struct grid_layout *layout) {
     return (2 * layout->lookup_count + layout->raw_count + 3) & ~3;
 }
 
+void grid_by_lookup_make(const struct grid_layout *layout, const float *scale, struct grid_by_lookup *grid) {
+    *grid = (struct grid_by_lookup){
+        .lookup_count = layout->lookup_count, .raw_count = layout->raw_count, .input_count = grid_input_count(layout)};
+    for (int j = 0; j < layout->lookup_count; j++) {
+        const struct grid_level *level = &layout->levels[layout->lookups[j].level];
+        for (int a = 0; a < level->dims; a++) {
+            grid->resolution[a][j] = (float)level->resolution;
+            grid->last[a][j] = level->resolution - 1;
+            grid->stride[a][j] = level->stride[a];
+        }
+        grid->mask[j] = level->mask;
+        grid->slice_entries[j] = level->slice_entries;
+        grid->offset[j] = level->offset;
+        grid->scale[j] = scale[layout->lookups[j].level];
+        grid->set[j] = layout->lookups[j].set;
+    }
+}
+
 void grid_quantise(const struct grid_layout *layout, const float *table, int8_t *codes, float *scale) {
     for (int k = 0; k < layout->level_count; k++) {
         const struct grid_level *level = &layout->levels[k];

@@ -48,6 +48,20 @@ struct grid_input {
     float raw[GRID_MAX_RAW][NET_LANES];
 };
 
+// A finished layout lookup by lookup, for kernels whose lanes are the lookups of one sample. An axis that a level lacks
+// has no cells and no stride; lanes past the last lookup read entry 0.
+enum { GRID_LOOKUP_LANES = 64 };
+struct grid_by_lookup {
+    _Alignas(64) float resolution[GRID_MAX_DIMS][GRID_LOOKUP_LANES];
+    int32_t last[GRID_MAX_DIMS][GRID_LOOKUP_LANES]; // cell of the axis
+    uint32_t stride[GRID_MAX_DIMS][GRID_LOOKUP_LANES];
+    uint32_t mask[GRID_LOOKUP_LANES], slice_entries[GRID_LOOKUP_LANES], offset[GRID_LOOKUP_LANES];
+    float scale[GRID_LOOKUP_LANES]; // of the level's codes
+    int32_t set[GRID_LOOKUP_LANES];
+    int lookup_count, raw_count, input_count;
+};
+void grid_by_lookup_make(const struct grid_layout *layout, const float *scale, struct grid_by_lookup *grid);
+
 // Adds a level: dense where (resolution + 1)^dims <= 2^log2_entries, else hashed. Returns its number.
 int grid_add_level(struct grid_layout *layout, int dims, int resolution, int log2_entries, uint32_t slices);
 void grid_add_lookup(struct grid_layout *layout, int level, int set);

@@ -31,24 +31,31 @@ static inline void order(vfloat *a, vfloat *b, vint *with_a, vint *with_b) {
     *with_b ^= swap_with;
 }
 
+// Cells and fractions of `dims` coordinates: key of the cell, and of every axis the fraction and the key's step.
+static inline __attribute__((always_inline)) vuint
+locate(int dims, const struct grid_level *level, const float (*set)[NET_LANES], int part, vfloat *f, vint *step) {
+    const vint zero = {0}, last = zero + (level->resolution - 1);
+    vuint key = {0};
+    for (int a = 0; a < dims; a++) {
+        vfloat p = *(const vfloat *)(set[a] + part);
+        p = (vfloat)((vint)p & (vint)(p > splat(0))); // also turns a NaN into 0
+        p = (vfloat)pick(p < splat(1), (vint)p, (vint)splat(1)) * (float)level->resolution;
+        vint cell = __builtin_convertvector(p, vint);
+        cell = pick(cell < last, cell, last);
+        f[a] = p - __builtin_convertvector(cell, vfloat);
+        step[a] = zero + (int32_t)level->stride[a];
+        key += (vuint)cell * level->stride[a];
+    }
+    return key;
+}
+
 static inline __attribute__((always_inline)) void index_lookup(int dims, const struct grid_level *level,
                                                                const float (*set)[NET_LANES], const int32_t *slice,
                                                                int32_t *index, float *weight) {
-    const vint zero = {0}, last = zero + (level->resolution - 1);
     for (int part = 0; part < NET_LANES; part += VECTOR_LANES) {
         vfloat f[4];
         vint s[4];
-        vuint key = {0};
-        for (int a = 0; a < dims; a++) {
-            vfloat p = *(const vfloat *)(set[a] + part);
-            p = (vfloat)((vint)p & (vint)(p > splat(0))); // also turns a NaN into 0
-            p = (vfloat)pick(p < splat(1), (vint)p, (vint)splat(1)) * (float)level->resolution;
-            vint cell = __builtin_convertvector(p, vint);
-            cell = pick(cell < last, cell, last);
-            f[a] = p - __builtin_convertvector(cell, vfloat);
-            s[a] = zero + (int32_t)level->stride[a];
-            key += (vuint)cell * level->stride[a];
-        }
+        vuint key = locate(dims, level, set, part, f, s);
         if (dims == 2) {
             order(&f[0], &f[1], &s[0], &s[1]);
         } else if (dims == 3) {
@@ -91,22 +98,6 @@ static void kernel_index(const struct grid_layout *layout, const struct grid_inp
     }
 }
 
-static inline vint load_pair_code(const int8_t *codes, vint index) { // the two codes of an entry in the low 16 bits
-#if VECTOR_LANES == 16 && defined(__AVX512F__)
-    return (vint)_mm512_i32gather_epi32((__m512i)index, codes, 2);
-#elif VECTOR_LANES == 8 && defined(__AVX2__)
-    return (vint)_mm256_i32gather_epi32((const int *)(const void *)codes, (__m256i)index, 2);
-#else
-    vint result;
-    for (int l = 0; l < VECTOR_LANES; l++) {
-        int16_t pair;
-        memcpy(&pair, codes + 2 * (size_t)index[l], 2);
-        result[l] = pair;
-    }
-    return result;
-#endif
-}
-
 static inline vfloat load_float(const float *table, vint index, int feature) {
 #if VECTOR_LANES == 16 && defined(__AVX512F__)
     return (vfloat)_mm512_i32gather_ps((__m512i)index, table + feature, 8);
@@ -144,25 +135,7 @@ static void kernel_gather_float(const struct grid_layout *layout, const float *t
     copy_raw(layout, input, x);
 }
 
-static void kernel_gather_code(const struct grid_layout *layout, const int8_t *codes, const float *scale,
-                               const struct grid_input *input, const int32_t *index, const float *weight, float *x) {
-    for (int j = 0; j < layout->lookup_count; j++) {
-        int corner = layout->lookups[j].corner, corners = layout->levels[layout->lookups[j].level].dims + 1;
-        float unit = scale[layout->lookups[j].level];
-        for (int part = 0; part < PARTS; part++) {
-            vfloat sum0 = {0}, sum1 = {0};
-            for (int k = corner; k < corner + corners; k++) {
-                vint pair = load_pair_code(codes, *(const vint *)(index + k * NET_LANES + part * VECTOR_LANES));
-                vfloat share = *(const vfloat *)(weight + k * NET_LANES + part * VECTOR_LANES);
-                sum0 += share * __builtin_convertvector((pair << 24) >> 24, vfloat);
-                sum1 += share * __builtin_convertvector((pair << 16) >> 24, vfloat);
-            }
-            *(vfloat *)(x + 2 * j * NET_LANES + part * VECTOR_LANES) = sum0 * unit;
-            *(vfloat *)(x + (2 * j + 1) * NET_LANES + part * VECTOR_LANES) = sum1 * unit;
-        }
-    }
-    copy_raw(layout, input, x);
-}
+#include "net/kernel_lookup_body.h"
 
 // --- MLP ---
 
@@ -205,6 +178,36 @@ static void kernel_forward(const struct mlp_shape *shape, const float *parameter
     dense(shape->inputs, shape->width, parameters + at.w1, inputs, 1, parameters + at.b1, x, 1, h1);
     dense(shape->width, shape->width, parameters + at.w2, width, 1, parameters + at.b2, h1, 1, h2);
     dense(shape->width, shape->outputs, parameters + at.w3, width, 1, parameters + at.b3, h2, 0, z);
+}
+
+typedef vfloat vfloat_anywhere __attribute__((aligned(4)));
+
+// The same sums for one sample, in the same order: vectors run over the outputs. w[i * n_out + o].
+static void dense_lane(int n_in, int n_out, const float *w, const float *b, const float *x, int relu, float *y) {
+    int o = 0;
+    for (; o + 2 * VECTOR_LANES <= n_out; o += 2 * VECTOR_LANES) {
+        vfloat sum0 = *(const vfloat_anywhere *)(b + o), sum1 = *(const vfloat_anywhere *)(b + o + VECTOR_LANES);
+        for (int i = 0; i < n_in; i++) {
+            const float *row = w + i * n_out + o;
+            sum0 += *(const vfloat_anywhere *)row * x[i];
+            sum1 += *(const vfloat_anywhere *)(row + VECTOR_LANES) * x[i];
+        }
+        *(vfloat_anywhere *)(y + o) = relu ? (vfloat)((vint)sum0 & (vint)(sum0 > splat(0))) : sum0;
+        *(vfloat_anywhere *)(y + o + VECTOR_LANES) = relu ? (vfloat)((vint)sum1 & (vint)(sum1 > splat(0))) : sum1;
+    }
+    for (; o < n_out; o++) {
+        float sum = b[o];
+        for (int i = 0; i < n_in; i++) sum = fmaf(w[i * n_out + o], x[i], sum); // as the vectors do
+        y[o] = relu && !(sum > 0) ? 0 : sum;
+    }
+}
+
+static void kernel_forward_lane(const struct mlp_shape *shape, const float *by_input, const float *x, float *z) {
+    struct mlp_offsets at = mlp_layout(shape);
+    float h1[MLP_MAX_WIDTH], h2[MLP_MAX_WIDTH];
+    dense_lane(shape->inputs, shape->width, by_input + at.w1, by_input + at.b1, x, 1, h1);
+    dense_lane(shape->width, shape->width, by_input + at.w2, by_input + at.b2, h1, 1, h2);
+    dense_lane(shape->width, shape->outputs, by_input + at.w3, by_input + at.b3, h2, 0, z);
 }
 
 static inline float sum_lanes(vfloat v) {
@@ -293,6 +296,6 @@ static void kernel_exponential(float *values, size_t count) {
     }
 }
 
-const struct kernel KERNEL = {KERNEL_NAME,        kernel_index,   kernel_gather_float,
-                              kernel_gather_code, kernel_forward, kernel_backward,
+const struct kernel KERNEL = {KERNEL_NAME,        kernel_index,   kernel_gather_float, kernel_lookup,
+                              kernel_lookup_lane, kernel_forward, kernel_forward_lane, kernel_backward,
                               kernel_exponential, GEMM_TILE,      kernel_gemm};

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdbool.h>
+#include <string.h>
 
 #include "math/sampler.h"
 
@@ -29,6 +30,19 @@ void mlp_init(const struct mlp_shape *shape, float *parameters, uint64_t seed) {
     fill_uniform(parameters + at.w1, at.b1 - at.w1, sqrtf(6.0f / (float)shape->inputs), &sampler);
     fill_uniform(parameters + at.w2, at.b2 - at.w2, sqrtf(6.0f / (float)shape->width), &sampler);
     fill_uniform(parameters + at.w3, at.b3 - at.w3, sqrtf(1.0f / (float)shape->width), &sampler);
+}
+
+static void transpose(int n_in, int n_out, const float *w, float *by_input) {
+    for (int o = 0; o < n_out; o++)
+        for (int i = 0; i < n_in; i++) by_input[i * n_out + o] = w[o * n_in + i];
+}
+
+void mlp_transpose(const struct mlp_shape *shape, const float *parameters, float *by_input) {
+    struct mlp_offsets at = mlp_layout(shape);
+    memcpy(by_input, parameters, at.count * sizeof(float));
+    transpose(shape->inputs, shape->width, parameters + at.w1, by_input + at.w1);
+    transpose(shape->width, shape->width, parameters + at.w2, by_input + at.w2);
+    transpose(shape->width, shape->outputs, parameters + at.w3, by_input + at.w3);
 }
 
 static void dense_forward(int n_in, int n_out, const float *w, const float *b, const float *x, bool relu, float *y) {

@@ -21,6 +21,9 @@ struct mlp_offsets {
 struct mlp_offsets mlp_layout(const struct mlp_shape *shape);
 void mlp_init(const struct mlp_shape *shape, float *parameters, uint64_t seed); // He et al. 2015; biases 0
 
+// The parameters with every matrix by input: w1[inputs][width] and so on, in the same places.
+void mlp_transpose(const struct mlp_shape *shape, const float *parameters, float *by_input);
+
 // One sample. x[inputs], h1[width], h2[width] (after ReLU), z[outputs].
 void mlp_forward(const struct mlp_shape *shape, const float *parameters, const float *x, float *h1, float *h2,
                  float *z);
