@@ -21,14 +21,40 @@ static inline vfloat splat(float v) { return v - (vfloat){0}; }
 
 static inline vint pick(vint mask, vint a, vint b) { return (a & mask) | (b & ~mask); }
 
+static inline vfloat smaller(vfloat a, vfloat b) { // b where a is not a number
+#if VECTOR_LANES == 16 && defined(__AVX512F__)
+    return (vfloat)_mm512_min_ps((__m512)a, (__m512)b);
+#elif VECTOR_LANES == 8 && defined(__AVX2__)
+    return (vfloat)_mm256_min_ps((__m256)a, (__m256)b);
+#else
+    return (vfloat)pick(a < b, (vint)a, (vint)b);
+#endif
+}
+
+static inline vfloat larger(vfloat a, vfloat b) { // b where a is not a number
+#if VECTOR_LANES == 16 && defined(__AVX512F__)
+    return (vfloat)_mm512_max_ps((__m512)a, (__m512)b);
+#elif VECTOR_LANES == 8 && defined(__AVX2__)
+    return (vfloat)_mm256_max_ps((__m256)a, (__m256)b);
+#else
+    return (vfloat)pick(a > b, (vint)a, (vint)b);
+#endif
+}
+
 // Exchanges a and b, and what goes with them, where a < b.
 static inline void order(vfloat *a, vfloat *b, vint *with_a, vint *with_b) {
-    vint mask = *a < *b;
-    vint swap = ((vint)*a ^ (vint)*b) & mask, swap_with = (*with_a ^ *with_b) & mask;
-    *a = (vfloat)((vint)*a ^ swap);
-    *b = (vfloat)((vint)*b ^ swap);
-    *with_a ^= swap_with;
-    *with_b ^= swap_with;
+    vfloat most = larger(*a, *b), least = smaller(*a, *b);
+#if VECTOR_LANES == 16 && defined(__AVX512F__)
+    __mmask16 swap = _mm512_cmp_ps_mask((__m512)*a, (__m512)*b, _CMP_LT_OQ);
+    vint first = (vint)_mm512_mask_blend_epi32(swap, (__m512i)*with_a, (__m512i)*with_b);
+    *with_b = (vint)_mm512_mask_blend_epi32(swap, (__m512i)*with_b, (__m512i)*with_a);
+#else
+    vint swap = *a < *b, first = pick(swap, *with_b, *with_a);
+    *with_b = pick(swap, *with_a, *with_b);
+#endif
+    *with_a = first;
+    *a = most;
+    *b = least;
 }
 
 // Cells and fractions of `dims` coordinates: key of the cell, and of every axis the fraction and the key's step.
@@ -38,8 +64,7 @@ locate(int dims, const struct grid_level *level, const float (*set)[NET_LANES], 
     vuint key = {0};
     for (int a = 0; a < dims; a++) {
         vfloat p = *(const vfloat *)(set[a] + part);
-        p = (vfloat)((vint)p & (vint)(p > splat(0))); // also turns a NaN into 0
-        p = (vfloat)pick(p < splat(1), (vint)p, (vint)splat(1)) * (float)level->resolution;
+        p = smaller(larger(p, splat(0)), splat(1)) * (float)level->resolution;
         vint cell = __builtin_convertvector(p, vint);
         cell = pick(cell < last, cell, last);
         f[a] = p - __builtin_convertvector(cell, vfloat);

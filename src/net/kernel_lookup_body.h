@@ -56,8 +56,7 @@ static inline __attribute__((always_inline)) void add_pairs(int others, int hash
     vfloat upper = splat(1), sum0 = {0}, sum1 = {0};
     for (int k = 1; k <= others + 1; k++) {
         vfloat lower = k <= others ? f[k] : splat(0);
-        vfloat split = (vfloat)pick(f[0] < upper, (vint)f[0], (vint)upper);
-        split = (vfloat)pick(split > lower, (vint)split, (vint)lower);
+        vfloat split = larger(smaller(f[0], upper), lower);
         vuint entry = key & mask;
         vint four = load_entries(codes, (vint)(base + entry));
         vint wraps = (vint)(entry == mask); // the next entry is then the slice's first
@@ -120,8 +119,7 @@ static void kernel_lookup_lane(const struct grid_by_lookup *grid, const int8_t *
             const vint last = *(const vint *)(grid->last[a] + first);
             const vuint stride = *(const vuint *)(grid->stride[a] + first);
             vfloat p = (vfloat)load_words(input->set, place);
-            p = (vfloat)((vint)p & (vint)(p > splat(0)));
-            p = (vfloat)pick(p < splat(1), (vint)p, (vint)splat(1)) * *(const vfloat *)(grid->resolution[a] + first);
+            p = smaller(larger(p, splat(0)), splat(1)) * *(const vfloat *)(grid->resolution[a] + first);
             vint cell = __builtin_convertvector(p, vint);
             cell = pick(cell < last, cell, last);
             f[a] = p - __builtin_convertvector(cell, vfloat);
