@@ -51,6 +51,7 @@ static inline void find_views(const struct sampling_density *density, const stru
                               struct lane_views *view) {
     const float scale = 1 / density->radius, *side = density->sides[0];
     const int n = density->directions;
+    int place[LANES] __attribute__((aligned(64)));
     EACH_LANE {
         float x = (lanes->s[0][i] - density->center.x) * scale, y = (lanes->s[1][i] - density->center.y) * scale;
         float z = (lanes->s[2][i] - density->center.z) * scale, distance2 = x * x + y * y + z * z;
@@ -64,13 +65,13 @@ static inline void find_views(const struct sampling_density *density, const stru
         view->cell[i] = bin * n * n + direction;
         float sin2 = 1 / safe2;
         view->rim[i] = sin2 / (1 + sqrtf(1 - sin2));
-        view->s[0][i] = side[3 * direction];
-        view->s[1][i] = side[3 * direction + 1];
-        view->s[2][i] = side[3 * direction + 2];
+        place[i] = 3 * direction;
     }
+    lane_array start[3]; // by itself: what is read by index may not alias what is written
+    for (int c = 0; c < 3; c++) EACH_LANE start[c][i] = side[place[i] + c];
     EACH_LANE {
         float ax = view->axis[0][i], ay = view->axis[1][i], az = view->axis[2][i];
-        float sx = view->s[0][i], sy = view->s[1][i], sz = view->s[2][i], along = sx * ax + sy * ay + sz * az;
+        float sx = start[0][i], sy = start[1][i], sz = start[2][i], along = sx * ax + sy * ay + sz * az;
         sx -= along * ax;
         sy -= along * ay;
         sz -= along * az;
@@ -94,13 +95,20 @@ static inline void find_mixtures(const struct sampling_density *density, const s
     const float floor2 = density->cone_radius[CONE_COUNT - 1] * density->cone_radius[CONE_COUNT - 1];
     for (int a = 0; a < density->anchor_count; a++) {
         const float *anchor = density->anchors[a], *intensity = density->intensity + (size_t)a * INTENSITY_CELLS;
+        int cell[LANES] __attribute__((aligned(64)));
+        lane_array fall_off;
         EACH_LANE {
             float x = lanes->s[0][i] - anchor[0], y = lanes->s[1][i] - anchor[1], z = lanes->s[2][i] - anchor[2];
             float distance2 = x * x + y * y + z * z;
             z = distance2 > 1e-30f ? z : 1;
-            float weight = intensity[octahedral_cell(x, y, z, INTENSITY_SIDE)] / most(distance2, floor2);
-            mixture->weight[a][i] = weight;
-            mixture->total[i] += weight;
+            cell[i] = octahedral_cell(x, y, z, INTENSITY_SIDE);
+            fall_off[i] = 1 / most(distance2, floor2);
+        }
+        lane_array weight; // by itself: what is read by index may not alias what is written
+        EACH_LANE weight[i] = intensity[cell[i]] * fall_off[i];
+        EACH_LANE {
+            mixture->weight[a][i] = weight[i];
+            mixture->total[i] += weight[i];
         }
     }
     lane_array share;
@@ -112,20 +120,22 @@ static inline void find_mixtures(const struct sampling_density *density, const s
     }
 }
 
-// The density of the anchors' cones about one anchor: a step for each cone that the direction is in.
+// The density of the anchors' cones about one anchor: a step for each cone that the direction is in. Both sides of
+// height > rim = sin2 / (1 + cosine) are multiplied by the denominator: what is left is one root a cone.
 static inline void add_cones(const struct sampling_density *density, const struct sampling_lanes *lanes, int a,
                              const float *weight, float *sum) {
     const float *anchor = density->anchors[a];
-    float radius2[CONE_COUNT], share[CONE_COUNT];
+    float radius[CONE_COUNT], radius2[CONE_COUNT], share[CONE_COUNT];
     for (int k = 0; k < CONE_COUNT; k++) {
-        radius2[k] = density->cone_radius[k] * density->cone_radius[k];
+        radius[k] = density->cone_radius[k];
+        radius2[k] = radius[k] * radius[k];
         share[k] = density->cone_share[k] / (2 * PI_F);
     }
     EACH_LANE {
         float x = anchor[0] - lanes->s[0][i], y = anchor[1] - lanes->s[1][i], z = anchor[2] - lanes->s[2][i];
         float dx = lanes->direction[0][i], dy = lanes->direction[1][i], dz = lanes->direction[2][i];
         float distance2 = x * x + y * y + z * z, along = x * dx + y * dy + z * dz;
-        float safe2 = most(distance2, 1e-30f), distance = sqrtf(safe2);
+        float safe2 = most(distance2, 1e-30f), distance = sqrtf(safe2), inverse2 = 1 / safe2;
         x -= along * dx;
         y -= along * dy;
         z -= along * dz;
@@ -135,9 +145,11 @@ static inline void add_cones(const struct sampling_density *density, const struc
         height = distance2 < 1e-30f ? 0 : height;
         float density_sum = 0;
         for (int k = 0; k < CONE_COUNT; k++) {
-            float rim = lane_cone_height(radius2[k], safe2);
+            float sin2 = radius2[k] * inverse2, denominator = 1 + sqrtf(most(1 - sin2, 0));
             // A little beyond the rim: what rounding may do to a sample of the cone.
-            density_sum += height > rim * (1 + 1e-4f) + 3e-7f * sqrtf(rim) ? 0 : share[k] / rim;
+            float reach = sin2 * (1 + 1e-4f) + 4.3e-7f * radius[k] * inverse2 * distance;
+            float value = height * denominator > reach ? 0 : share[k] / radius2[k] * denominator * safe2;
+            density_sum += sin2 < 0.998f ? value : share[k] * 0.5f; // from within the ball: all directions
         }
         sum[i] += weight[i] * density_sum;
     }
