@@ -211,6 +211,21 @@ struct sconce_report_options {
 };
 SCONCE_API enum sconce_status sconce_report(const struct sconce_report_options *options, struct sconce_error *error);
 
+// Table 1 of Zhu et al. 2021, measured anew: five rooms by bidirectional path tracing of the lamps' geometry and with
+// the baked lamps, at equal error. Renderings and table1.json, .md and .html are in the folder `output`; what is there
+// from an earlier call with the same files and options is used again.
+struct sconce_table1_options {
+    const char *output; // a folder, made where it is missing
+    const char *data; // folder with the project's scenes/ and lamps/; NULL: found from where the library is
+    double scale; // of the picture's sides and of all samples, 0.01..4; 0 counts as 1: 480 pixels high, 1024 samples
+    const char *only; // rows, with commas between them: "statler,star,blossom,feather,vintage"; NULL: all
+};
+// *json: {"rows": [{"luminaire", "scene", "speedup", ...}], "settings": {...}}; *markdown: the same to be read. free()
+// both. On SCONCE_CANCELLED they hold the finished rows, and the same call goes on from there; on other errors NULL.
+// Errors: a baked lamp is missing, the folder cannot be written, an unknown row.
+SCONCE_API enum sconce_status sconce_table1(const struct sconce_table1_options *options, const struct sconce_run *run,
+                                            char **json, char **markdown, struct sconce_error *error);
+
 #ifdef __cplusplus
 }
 #endif

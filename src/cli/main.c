@@ -5,7 +5,7 @@
 #include "cli.h"
 
 static const struct command *const COMMANDS[] = {&command_bake, &command_render, &command_compare, &command_evaluate,
-                                                 &command_info, &command_report, &command_help};
+                                                 &command_info, &command_report, &command_table1,  &command_help};
 enum { COMMAND_COUNT = sizeof COMMANDS / sizeof COMMANDS[0] };
 
 static void usage(FILE *out) {

@@ -32,10 +32,13 @@ static bool share_folder(struct evidence_data *data, const char *folder) {
 }
 
 static bool build_tree(struct evidence_data *data, const char *library_folder) {
-    path_print(data->rooms, "%s/" BUILD_TO_SOURCE "/scenes", library_folder);
+    char relative[PATH_MAX], sources[PATH_MAX];
+    path_print(relative, "%s/" BUILD_TO_SOURCE, library_folder);
+    if (!realpath(relative, sources)) return false;
+    path_print(data->rooms, "%s/scenes", sources);
     path_print(data->things, "%s/scenes", library_folder);
     path_print(data->lamps, "%s/lamps", library_folder);
-    path_print(data->baked, "%s/" BUILD_TO_SOURCE "/lamps/baked", library_folder);
+    path_print(data->baked, "%s/lamps/baked", sources);
     return folders_exist(data);
 }
 

@@ -36,6 +36,12 @@ void image_fini(struct image *image) {
     *image = (struct image){0};
 }
 
+int image_channel(const struct image *image, const char *name) {
+    for (int c = 0; image->channel_names && c < image->channels; c++)
+        if (!strcmp(image->channel_names[c], name)) return c;
+    return -1;
+}
+
 enum status image_name_channels(struct image *image, struct error *error) {
     image->channel_names = calloc((size_t)image->channels, sizeof *image->channel_names);
     return image->channel_names ? STATUS_OK : error_set(error, STATUS_MEMORY, "out of memory for channel names");

@@ -14,6 +14,7 @@ struct image {
 
 enum status image_init(struct image *image, int width, int height, int channels, struct error *error); // zeroed pixels
 void image_fini(struct image *image);
+int image_channel(const struct image *image, const char *name); // its number, or -1
 // EXR (half and float, any channels; R G B A come first), PNG and JPEG (converted from sRGB to linear unless `raw`),
 // Radiance HDR.
 enum status image_load(struct image *image, const char *path, bool raw, struct error *error);

@@ -3,17 +3,10 @@
 #include "report/compare.h"
 
 #include <math.h>
-#include <string.h>
-
-static int channel_find(const struct image *image, const char *name) {
-    for (int c = 0; image->channel_names && c < image->channels; c++)
-        if (!strcmp(image->channel_names[c], name)) return c;
-    return -1;
-}
 
 static double reference_noise(const struct image *reference, const struct image *mask) {
-    int variance[3] = {channel_find(reference, "variance.R"), channel_find(reference, "variance.G"),
-                       channel_find(reference, "variance.B")};
+    int variance[3] = {image_channel(reference, "variance.R"), image_channel(reference, "variance.G"),
+                       image_channel(reference, "variance.B")};
     if (variance[0] < 0 || variance[1] < 0 || variance[2] < 0) return NAN;
     double sum = 0;
     size_t count = 0, pixels = (size_t)reference->width * (size_t)reference->height;

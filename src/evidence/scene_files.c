@@ -1,0 +1,63 @@
+// Follows the filenames of a scene's description, without making anything of them.
+#include "evidence/scene_files.h"
+
+#include <limits.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+
+enum { MAX_DEPTH = 8 }; // of lamps within lamps
+
+struct file_walk {
+    struct scene_files *files;
+    const struct definition *definitions;
+    size_t definition_count;
+    int depth;
+};
+
+static enum status add_scene(struct file_walk *walk, const char *path, struct error *error);
+
+static enum status add_file(struct file_walk *walk, const char *path, struct error *error) {
+    uint8_t *bytes;
+    size_t length;
+    enum status status = file_read(path, &bytes, &length, error);
+    if (status) return status;
+    for (size_t i = 0; i < length; i++) walk->files->hash = (walk->files->hash ^ bytes[i]) * 0x100000001b3ull;
+    walk->files->bytes += length;
+    free(bytes);
+    const char *dot = strrchr(path, '.');
+    return dot && !strcmp(dot, ".xml") ? add_scene(walk, path, error) : STATUS_OK;
+}
+
+static enum status add_object(struct file_walk *walk, const struct object *object, struct error *error) {
+    enum status status = STATUS_OK;
+    const struct property *name = object_property(object, "filename");
+    if (name && name->string) {
+        char path[PATH_MAX];
+        path_resolve(path, sizeof path, object->place.file, name->string);
+        status = add_file(walk, path, error);
+    }
+    for (size_t i = 0; !status && i < object->child_count; i++)
+        status = add_object(walk, object->children[i].object, error);
+    return status;
+}
+
+static enum status add_scene(struct file_walk *walk, const char *path, struct error *error) {
+    if (++walk->depth > MAX_DEPTH) return error_set(error, STATUS_INVALID, "%s: lamps stand within each other", path);
+    struct description description;
+    enum status status = description_load(&description, path, walk->definitions, walk->definition_count, NULL, error);
+    if (!status) {
+        status = add_object(walk, description.root, error);
+        description_fini(&description);
+    }
+    walk->depth--;
+    return status;
+}
+
+enum status scene_files_measure(struct scene_files *files, const char *path, const struct definition *definitions,
+                                size_t definition_count, struct error *error) {
+    *files = (struct scene_files){.hash = 0xcbf29ce484222325ull};
+    struct file_walk walk = {files, definitions, definition_count, 0};
+    return add_file(&walk, path, error);
+}

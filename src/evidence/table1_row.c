@@ -1,0 +1,320 @@
+// How a row is measured. Two renderings of ours (64 samples each at scale 1) and two long ones of the geometry tell
+// bias from noise; one of the geometry with 1024 samples sets the error; a last one of ours grows until it is as good.
+#include "evidence/table1_row.h"
+
+#include <jansson.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "evidence/long_render.h"
+#include "evidence/scene_files.h"
+#include "evidence/table1_error.h"
+#include "image/metric.h"
+#include "luminaire/luminaire.h"
+
+const struct table1_entry table1_entries[TABLE1_ROWS] = {
+    {"statler", "Statler", "elevator room", "statler_lamp", "elevator_room", 640, 7.03},
+    {"star", "Moravian star", "loft apartment", "star_lamp", "loft_apartment", 640, 12.14},
+    {"blossom", "Cherry blossom", "diffuse box", "blossom_lamp", "diffuse_box", 480, 21.70},
+    {"feather", "White feather", "bedroom", "feather_lamp", "bedroom", 640, 35.98},
+    {"vintage", "Vintage crystal", "living room", "vintage_lamp", "living_room", 640, 15.18},
+};
+
+enum { HEIGHT = 480, BDPT_SAMPLES = 1024, HALF_SAMPLES = 64, MAX_STEPS = 12 };
+static const double APL_BYTES = 384e6; // Zhu et al. 2021, Table 1
+static const double OUR_WORK = 0.35; // of a sample of ours; one of bdpt: 1
+
+struct row_job {
+    struct table1_kit *kit;
+    const struct table1_entry *entry;
+    struct table1_row *row;
+    int width, height, bdpt_samples, half_samples;
+    struct long_render_result ours[2], bdpt, reference[2], equal;
+    struct image mask, reference_mean;
+    struct error_parts parts;
+};
+
+static int scaled(const struct table1_kit *kit, double count, int least) {
+    double value = floor(kit->scale * count + 0.5);
+    return value > least ? (int)value : least;
+}
+
+static struct row_job row_job(struct table1_kit *kit, const struct table1_entry *entry, struct table1_row *row) {
+    return (struct row_job){.kit = kit,
+                            .entry = entry,
+                            .row = row,
+                            .width = scaled(kit, entry->width, 16),
+                            .height = scaled(kit, HEIGHT, 16),
+                            .bdpt_samples = scaled(kit, BDPT_SAMPLES, 2),
+                            .half_samples = scaled(kit, HALF_SAMPLES, 1)};
+}
+
+double table1_work(const struct table1_kit *kit, const struct table1_entry *entry) {
+    struct row_job job = row_job((struct table1_kit *)(uintptr_t)kit, entry, NULL);
+    return (double)job.width * job.height * (3 * job.bdpt_samples + 4 * OUR_WORK * job.half_samples);
+}
+
+void table1_path(char *path, const struct table1_kit *kit, const struct table1_entry *entry, const char *what) {
+    snprintf(path, PATH_MAX, "%s/%s/%s", kit->folder, entry->name, what);
+}
+
+// --- Renderings, and the progress of all of them as one. ---
+struct step {
+    struct table1_kit *kit;
+    double work, first; // first: the fraction that an earlier call had done; < 0: not told yet
+};
+
+static void step_progress(void *user, const struct progress *p) {
+    struct step *step = user;
+    struct table1_kit *kit = step->kit;
+    if (step->first < 0) {
+        step->first = p->fraction;
+        kit->unmeasured += step->work * p->fraction;
+    }
+    const double done = kit->done + step->work * p->fraction, elapsed = clock_wall_s() - kit->start_s;
+    const double measured = done - kit->unmeasured;
+    const double eta = measured > 1e-3 * kit->total ? elapsed * (kit->total - done) / measured : -1;
+    if (kit->run->progress)
+        kit->run->progress(kit->run->user,
+                           &(struct progress){p->stage, fmin(done / kit->total, 0.999), elapsed, eta, p->detail});
+}
+
+static bool step_cancelled(void *user) { return run_cancelled(((struct step *)user)->kit->run); }
+
+struct rendering {
+    const char *name; // of the file
+    bool ours; // the baked lamp, by path; or the geometry, by bdpt
+    uint64_t seed;
+    int samples;
+    const char *mask; // path, or NULL
+};
+
+static enum status render(struct row_job *job, const struct rendering *r, double work,
+                          struct long_render_result *result, struct error *error) {
+    struct table1_kit *kit = job->kit;
+    char stem[PATH_MAX], room[PATH_MAX], lamp[PATH_MAX], furniture[PATH_MAX], textures[PATH_MAX], stage[80];
+    table1_path(stem, kit, job->entry, r->name);
+    evidence_room(room, &kit->data, job->entry->room);
+    (r->ours ? evidence_baked : evidence_lamp)(lamp, &kit->data, job->entry->lamp);
+    evidence_thing(furniture, &kit->data, "furniture");
+    evidence_thing(textures, &kit->data, "textures");
+    snprintf(stage, sizeof stage, "%s %s", job->entry->name, r->name);
+    const struct definition definitions[] = {{"lamp", lamp}, {"furniture", furniture}, {"textures", textures}};
+    const struct long_render request = {.stem = stem,
+                                        .mask = r->mask,
+                                        .stage = stage,
+                                        .scene = room,
+                                        .integrator = r->ours ? "path" : "bdpt",
+                                        .definitions = definitions,
+                                        .definition_count = 3,
+                                        .width = job->width,
+                                        .height = job->height,
+                                        .seed = 100 * kit->run->seed + r->seed,
+                                        .samples = r->samples};
+    struct step step = {kit, work, -1};
+    const struct run run = {
+        .threads = kit->run->threads, .progress = step_progress, .cancelled = step_cancelled, .user = &step};
+    enum status status = long_render(&request, &run, result, error);
+    kit->done += work;
+    if (step.first < 0) kit->unmeasured += work;
+    return status;
+}
+
+// --- Errors. ---
+static enum status measure_picture(const struct row_job *job, const struct image *image, bool whole, double *relmse,
+                                   double *flip, double mean_error[3], struct error *error) {
+    struct metrics metrics;
+    enum status status = metrics_compute(&metrics, image, &job->reference_mean, whole ? NULL : &job->mask,
+                                         image_auto_exposure(&job->reference_mean), error);
+    if (status) return status;
+    double noise = job->parts.reference_noise;
+    if (whole) {
+        const struct image *references[2] = {&job->reference[0].image, &job->reference[1].image};
+        noise = error_split(references, references, NULL).reference_noise;
+    }
+    *relmse = metrics.rel_mse - noise;
+    if (flip) *flip = metrics.flip;
+    for (int c = 0; mean_error && c < 3; c++) mean_error[c] = metrics.mean_ratio[c] - 1;
+    return STATUS_OK;
+}
+
+static enum status mean_image(struct image *mean, const struct image *a, const struct image *b, struct error *error) {
+    enum status status = image_init(mean, a->width, a->height, 3, error);
+    for (size_t i = 0; !status && i < (size_t)a->width * (size_t)a->height; i++)
+        for (size_t c = 0; c < 3; c++)
+            mean->pixels[3 * i + c] =
+                0.5f * (a->pixels[i * (size_t)a->channels + c] + b->pixels[i * (size_t)b->channels + c]);
+    return status;
+}
+
+// --- The parts of the measurement, in order. ---
+static enum status render_halves(struct row_job *job, struct error *error) {
+    static const char *const ours[2] = {"ours_1", "ours_2"}, *const references[2] = {"reference_1", "reference_2"};
+    char mask[PATH_MAX];
+    table1_path(mask, job->kit, job->entry, "mask.exr");
+    const double pixels = (double)job->width * job->height;
+    const double half_work = OUR_WORK * pixels * job->half_samples, bdpt_work = pixels * job->bdpt_samples;
+    enum status status = STATUS_OK;
+    for (unsigned i = 0; !status && i < 2; i++)
+        status = render(job, &(struct rendering){ours[i], true, 1 + i, job->half_samples, i ? NULL : mask}, half_work,
+                        &job->ours[i], error);
+    if (!status)
+        status =
+            render(job, &(struct rendering){"bdpt", false, 11, job->bdpt_samples, NULL}, bdpt_work, &job->bdpt, error);
+    for (unsigned i = 0; !status && i < 2; i++)
+        status = render(job, &(struct rendering){references[i], false, 21 + i, job->bdpt_samples, NULL}, bdpt_work,
+                        &job->reference[i], error);
+    if (!status) status = image_load(&job->mask, mask, true, error);
+    if (!status) status = mean_image(&job->reference_mean, &job->reference[0].image, &job->reference[1].image, error);
+    return status;
+}
+
+static enum status measure_bdpt(struct row_job *job, struct error *error) {
+    struct table1_row *row = job->row;
+    const struct image *pictures[2] = {&job->ours[0].image, &job->ours[1].image};
+    const struct image *references[2] = {&job->reference[0].image, &job->reference[1].image};
+    job->parts = error_split(pictures, references, &job->mask);
+    row->reference_spp = 2 * job->bdpt_samples;
+    row->reference_cpu_s = job->reference[0].cpu_s + job->reference[1].cpu_s;
+    row->reference_noise = job->parts.reference_noise;
+    row->bdpt_spp = job->bdpt_samples;
+    row->bdpt_cpu_s = job->bdpt.cpu_s;
+    enum status status = measure_picture(job, &job->bdpt.image, false, &row->bdpt_relmse, &row->bdpt_flip, NULL, error);
+    return status ? status : measure_picture(job, &job->bdpt.image, true, &row->bdpt_relmse_whole, NULL, NULL, error);
+}
+
+static enum status measure_fixed(struct row_job *job, struct error *error) {
+    struct table1_row *row = job->row;
+    struct image mean = {0};
+    enum status status = mean_image(&mean, &job->ours[0].image, &job->ours[1].image, error);
+    if (!status)
+        status = measure_picture(job, &mean, false, &row->fixed_relmse, &row->fixed_flip, row->mean_error, error);
+    image_fini(&mean);
+    row->fixed_spp = 2 * job->half_samples;
+    row->fixed_cpu_s = job->ours[0].cpu_s + job->ours[1].cpu_s;
+    row->fixed_speedup = row->bdpt_cpu_s / row->fixed_cpu_s;
+    row->bias = job->parts.bias;
+    row->bias_error = job->parts.bias_error;
+    row->bias_share = fmax(row->bias, 0) / row->bdpt_relmse;
+    row->noise_ratio = row->bdpt_relmse * row->bdpt_spp / (job->parts.noise * row->fixed_spp);
+    row->sample_cost_ratio = row->bdpt_cpu_s / row->bdpt_spp / (row->fixed_cpu_s / row->fixed_spp);
+    row->unbiased_speedup = row->noise_ratio * row->sample_cost_ratio;
+    return status;
+}
+
+static enum status render_equal(struct row_job *job, int samples, struct error *error) {
+    image_fini(&job->equal.image);
+    enum status status = render(job, &(struct rendering){"ours", true, 3, samples, NULL}, 0, &job->equal, error);
+    if (status) return status;
+    struct table1_row *row = job->row;
+    row->ours_spp = samples;
+    row->ours_cpu_s = job->equal.cpu_s;
+    return measure_picture(job, &job->equal.image, false, &row->ours_relmse, &row->ours_flip, NULL, error);
+}
+
+// Grows our rendering until it is as good as bdpt's, from below: the noise falls a little faster than 1 / samples.
+// Gives up where more CPU seconds than bdpt's would be needed.
+static enum status reach_bdpt(struct row_job *job, bool *reached, struct error *error) {
+    const struct table1_row *row = job->row;
+    const double bias = fmax(row->bias, 0), target = row->bdpt_relmse;
+    const double most = row->bdpt_cpu_s * row->fixed_spp / row->fixed_cpu_s;
+    double samples = fmax(floor(0.8 * error_samples(job->parts.noise * row->fixed_spp, bias, target)), 1);
+    *reached = false;
+    for (int step = 0; step < MAX_STEPS && samples <= most; step++) {
+        enum status status = render_equal(job, (int)samples, error);
+        if (status) return status;
+        *reached = row->ours_relmse <= target;
+        if (*reached) return STATUS_OK;
+        const double noise = fmax(row->ours_relmse - bias, 0),
+                     next = ceil(error_samples(noise * samples, bias, target));
+        samples = fmax(samples + 1, fmin(next, 2 * samples));
+    }
+    return STATUS_OK;
+}
+
+static enum status measure_ours(struct row_job *job, struct error *error) {
+    struct table1_row *row = job->row;
+    bool reached;
+    enum status status = reach_bdpt(job, &reached, error);
+    if (!status && !reached) {
+        const double even = floor(error_samples(job->parts.noise * row->fixed_spp, 0, fmax(row->bias, 0)));
+        status = render_equal(job, (int)fmin(fmax(even, 1), row->fixed_spp), error);
+    }
+    job->kit->done += 2 * OUR_WORK * job->width * job->height * job->half_samples;
+    if (!status) status = measure_picture(job, &job->equal.image, true, &row->ours_relmse_whole, NULL, NULL, error);
+    const double share = reached ? 1 : row->bdpt_relmse / row->ours_relmse;
+    row->common_bdpt_spp = row->bdpt_spp * share;
+    row->common_bdpt_cpu_s = row->bdpt_cpu_s * share;
+    row->common_speedup = row->common_bdpt_cpu_s / row->ours_cpu_s;
+    row->speedup = reached ? row->common_speedup : (double)NAN;
+    return status;
+}
+
+static enum status measure_files(struct row_job *job, struct error *error) {
+    struct table1_row *row = job->row;
+    char path[PATH_MAX];
+    struct scene_files files;
+    struct luminaire *luminaire;
+    evidence_lamp(path, &job->kit->data, job->entry->lamp);
+    enum status status = scene_files_measure(&files, path, NULL, 0, error);
+    if (status) return status;
+    row->geometry_bytes = (double)files.bytes;
+    row->apl_bytes = APL_BYTES;
+    evidence_baked(path, &job->kit->data, job->entry->lamp);
+    status = luminaire_load(&luminaire, path, error);
+    if (status) return status;
+    row->file_bytes = (double)luminaire_bytes(luminaire);
+    const char *evaluation = luminaire_metadata(luminaire, "bake.evaluation");
+    json_t *measured = evaluation ? json_loads(evaluation, 0, NULL) : NULL;
+    for (size_t c = 0; c < 3; c++) {
+        const json_t *value = json_array_get(json_object_get(measured, "flux_error"), c);
+        row->flux_error[c] = json_is_number(value) ? json_number_value(value) : (double)NAN;
+    }
+    json_decref(measured);
+    luminaire_destroy(luminaire);
+    return STATUS_OK;
+}
+
+enum status table1_measure(struct table1_kit *kit, const struct table1_entry *entry, struct table1_row *row,
+                           struct error *error) {
+    *row = (struct table1_row){
+        .entry = entry, .target = round(10 * entry->paper_speedup), .paper_speedup = entry->paper_speedup};
+    struct row_job job = row_job(kit, entry, row);
+    row->width = job.width;
+    row->height = job.height;
+    enum status status = measure_files(&job, error);
+    if (!status) status = render_halves(&job, error);
+    if (!status) status = measure_bdpt(&job, error);
+    if (!status) status = measure_fixed(&job, error);
+    if (!status) status = measure_ours(&job, error);
+    for (int i = 0; i < 2; i++) {
+        image_fini(&job.ours[i].image);
+        image_fini(&job.reference[i].image);
+    }
+    image_fini(&job.bdpt.image);
+    image_fini(&job.equal.image);
+    image_fini(&job.mask);
+    image_fini(&job.reference_mean);
+    return status;
+}
+
+void table1_limits(const struct table1_row *row, char *text, size_t size) {
+    char reached[160], needs[160] = "";
+    if (isnan(row->speedup))
+        snprintf(reached, sizeof reached,
+                 "bdpt's error was not reached in fewer CPU seconds; at relMSE %.4g %.3g times", row->ours_relmse,
+                 row->common_speedup);
+    else
+        snprintf(reached, sizeof reached, "%.3g times of %g asked", row->speedup, row->target);
+    if (row->unbiased_speedup < row->target)
+        snprintf(needs, sizeof needs, "; CPU seconds x noise would have to be %.2g times less",
+                 row->target / row->unbiased_speedup);
+    snprintf(
+        text, size,
+        "%s. Bias is %.0f +- %.0f %% of bdpt's error; without it %.3g times (a sample has %.3g times less noise and "
+        "costs %.3g times less)%s.",
+        reached, 100 * row->bias / row->bdpt_relmse, 100 * row->bias_error / row->bdpt_relmse, row->unbiased_speedup,
+        row->noise_ratio, row->sample_cost_ratio, needs);
+}
