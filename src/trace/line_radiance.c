@@ -1,14 +1,14 @@
-// Single lines through a lamp. The aimed bounce is a one-sample mixture of BSDF sampling and of cones
-// towards the emitters, weighted by the balance heuristic (Veach and Guibas 1995): the direction only is aimed, the
-// path then goes on through whatever glass stands in between, which is where a shadow ray would have stopped. A cone is
-// chosen in proportion to its solid angle, so that the mixture's density is (cones that hold w) / (their sum).
+// Single lines through a lamp. Where a path scatters by no delta, a second one starts from there towards the emitters
+// and goes on for as long as it meets deltas only: through whatever clear glass stands in between, which is where a
+// shadow ray would have stopped. What the two both reach is shared by the balance heuristic (Veach and Guibas 1995), so
+// that no path's weight grows, however often white surfaces scatter it. An emitter's cone is chosen in proportion to
+// its solid angle: the density of the choice is (cones that hold w) / (their sum).
 #include "trace/line_radiance.h"
 
 #include "trace/fork.h"
 
-static const float bsdf_share = 0.4f;
 static const int roulette_depth = 6;
-enum { DIMENSIONS_PER_EDGE = 8 };
+enum { DIMENSIONS_PER_EDGE = 8, AIMED_DIMENSIONS = 1 << 20, DIMENSIONS_PER_AIMED = 1 << 10 };
 
 // Cosine of the cone's half angle; -1 (every direction) from inside the sphere.
 static float aim_cos_max(const struct aim *aim, vec3 p, vec3 *axis) {
@@ -59,37 +59,6 @@ static vec3 aims_sample(const struct aim *aims, size_t count, vec3 p, float u_ch
     return frame_world_from_local(&frame, (vec3){sin_theta * cosf(phi), sin_theta * sinf(phi), cos_theta});
 }
 
-struct bounce {
-    vec3 wo;
-    rgb weight;
-    float eta;
-    bool delta;
-};
-
-static bool bounce_sample(const struct surface *surface, vec3 wi, const struct fork *fork, struct sampler *sampler,
-                          const struct aim *aims, size_t aim_count, struct bounce *bounce) {
-    float u_method = sampler_1d(sampler), u_third = sampler_1d(sampler);
-    vec2 u = sampler_2d(sampler);
-    bool mixed = aim_count > 0 && (surface_bsdf_flags(surface) & BSDF_SMOOTH);
-    if (!mixed || u_method < bsdf_share) {
-        struct bsdf_sample sample;
-        if (!surface_sample_bsdf(surface, wi, (vec3){u.x, u.y, u_third}, TRANSPORT_RADIANCE, &sample)) return false;
-        *bounce = (struct bounce){sample.wo, rgb_mul(sample.weight, fork->weight), sample.eta, sample.delta};
-        if (!mixed) return true;
-        float share = bsdf_share;
-        if (!sample.delta) share += (1 - bsdf_share) * aims_pdf(aims, aim_count, surface->p, sample.wo) / sample.pdf;
-        bounce->weight = rgb_scale(bounce->weight, 1 / share);
-        return true;
-    }
-    vec3 wo = aims_sample(aims, aim_count, surface->p, u_third, u);
-    rgb f = surface_eval_bsdf(surface, wi, wo, TRANSPORT_RADIANCE);
-    if (rgb_is_black(f)) return false;
-    float pdf = bsdf_share * surface_pdf_bsdf(surface, wi, wo, TRANSPORT_RADIANCE) +
-                (1 - bsdf_share) * aims_pdf(aims, aim_count, surface->p, wo);
-    *bounce = (struct bounce){wo, rgb_scale(f, fork->inverse_share / pdf), 1, false};
-    return pdf > 0;
-}
-
 // To the next surface of the lamp, and what the way there absorbs.
 static bool walk_advance(struct line_walk *walk) {
     while (scene_intersect(walk->scene, &walk->ray, -1, &walk->surface)) {
@@ -127,48 +96,101 @@ void line_walk_begin_at(struct line_walk *walk, const struct scene *scene, const
     walk->beta = segment_absorption(from, surface, ray->direction, surface->t);
 }
 
+struct line_path {
+    struct line_walk walk;
+    struct sampler sampler;
+    uint32_t first_dimension;
+    int depth;
+    float eta, travelled;
+    float share; // of what it reaches by deltas only: the rest is its aimed twin's
+    bool aimed; // is such a twin
+};
+
+static bool survives(struct line_path *path, float u) {
+    if (path->depth < roulette_depth) return true;
+    float survival = fminf(rgb_max(path->walk.beta) * path->eta * path->eta, 0.95f);
+    if (u >= survival) return false;
+    path->walk.beta = rgb_scale(path->walk.beta, 1 / survival);
+    return true;
+}
+
+// A twin of the path at the surface it has met, on its way to an emitter.
+static bool aim_twin(struct line_path *twin, const struct line_path *path, vec3 wi, const struct fork *fork,
+                     const struct aim *aims, size_t aim_count) {
+    *twin = *path;
+    const struct surface *surface = &path->walk.surface;
+    twin->first_dimension = path->first_dimension + AIMED_DIMENSIONS + (uint32_t)path->depth * DIMENSIONS_PER_AIMED;
+    twin->aimed = true;
+    twin->share = 1;
+    float u_choice = sampler_1d(&twin->sampler);
+    vec3 wo = aims_sample(aims, aim_count, surface->p, u_choice, sampler_2d(&twin->sampler));
+    rgb f = surface_eval_bsdf(surface, wi, wo, TRANSPORT_RADIANCE);
+    if (rgb_is_black(f)) return false;
+    float pdf = surface_pdf_bsdf(surface, wi, wo, TRANSPORT_RADIANCE) + aims_pdf(aims, aim_count, surface->p, wo);
+    if (!(pdf > 0)) return false;
+    twin->walk.beta = rgb_mul(path->walk.beta, rgb_scale(f, fork->inverse_share / pdf));
+    twin->walk.from = *surface;
+    twin->walk.has_from = true;
+    twin->walk.ray = surface_spawn_ray(surface, wo);
+    twin->depth++;
+    return !rgb_is_black(twin->walk.beta);
+}
+
+static void path_follow(struct line_path *path, const struct aim *aims, size_t aim_count, int max_depth,
+                        struct line_hit *out) {
+    struct line_walk *walk = &path->walk;
+    for (uint32_t edge = 0;; edge++) {
+        path->sampler.dimension = path->first_dimension + edge * DIMENSIONS_PER_EDGE;
+        vec3 wi = vec3_neg(walk->ray.direction);
+        path->travelled += walk->surface.t;
+        rgb emitted = rgb_scale(rgb_mul(walk->beta, surface_emission(&walk->surface, wi)), path->share);
+        bool first = walk->particles_too && path->depth == 0;
+        if (rgb_is_finite(emitted) && !(first && walk->scene->hide_emitters))
+            out->radiance = rgb_add(out->radiance, emitted);
+        struct fork fork = fork_none();
+        float u_fork = sampler_1d(&path->sampler), u_roulette = sampler_1d(&path->sampler);
+        unsigned flags = surface_bsdf_flags(&walk->surface);
+        if (flags & BSDF_NULL) fork = fork_choose(&walk->surface, wi, u_fork);
+        if (!fork.passes && !out->hit) {
+            out->hit = true;
+            out->distance = path->travelled;
+        }
+        if (fork.passes) {
+            walk->beta = rgb_mul(walk->beta, fork.weight);
+            walk->from = walk->surface;
+            walk->ray = surface_spawn_ray(&walk->from, walk->ray.direction);
+        } else {
+            float u_third = sampler_1d(&path->sampler);
+            vec2 u = sampler_2d(&path->sampler);
+            bool aims_too = aim_count > 0 && (flags & BSDF_SMOOTH);
+            struct line_path twin;
+            if (aims_too && !path->aimed && !first && aim_twin(&twin, path, wi, &fork, aims, aim_count) &&
+                (max_depth < 0 || twin.depth < max_depth) && walk_advance(&twin.walk))
+                path_follow(&twin, aims, aim_count, max_depth, out);
+            walk->from = walk->surface;
+            struct bsdf_sample sample;
+            if (!surface_sample_bsdf(&walk->from, wi, (vec3){u.x, u.y, u_third}, TRANSPORT_RADIANCE, &sample)) break;
+            if (!sample.delta && (path->aimed || first)) break;
+            if (!sample.delta)
+                path->share =
+                    aims_too ? sample.pdf / (sample.pdf + aims_pdf(aims, aim_count, walk->from.p, sample.wo)) : 1;
+            walk->beta = rgb_mul(walk->beta, rgb_mul(sample.weight, fork.weight));
+            path->eta *= sample.eta;
+            path->depth++;
+            walk->ray = surface_spawn_ray(&walk->from, sample.wo);
+        }
+        walk->has_from = true;
+        if (!rgb_is_finite(walk->beta) || rgb_is_black(walk->beta) || !survives(path, u_roulette)) break;
+        if ((max_depth >= 0 && path->depth >= max_depth) || !walk_advance(walk)) break;
+    }
+}
+
 void line_walk_radiance(const struct line_walk *begun, struct sampler *sampler, const struct aim *aims,
                         size_t aim_count, int max_depth, struct line_hit *out) {
     *out = (struct line_hit){.distance = begun->ray.t_max};
-    struct line_walk walk = *begun;
-    float eta = 1, travelled = 0;
-    const uint32_t first_dimension = sampler->dimension;
-    for (uint32_t edge = 0, depth = 0;; edge++) {
-        sampler->dimension = first_dimension + edge * DIMENSIONS_PER_EDGE;
-        vec3 wi = vec3_neg(walk.ray.direction);
-        travelled += walk.surface.t;
-        rgb emitted = rgb_mul(walk.beta, surface_emission(&walk.surface, wi));
-        bool hidden = walk.particles_too && depth == 0 && walk.scene->hide_emitters;
-        if (rgb_is_finite(emitted) && !hidden) out->radiance = rgb_add(out->radiance, emitted);
-        struct fork fork = fork_none();
-        float u_fork = sampler_1d(sampler), u_roulette = sampler_1d(sampler);
-        if (surface_bsdf_flags(&walk.surface) & BSDF_NULL) fork = fork_choose(&walk.surface, wi, u_fork);
-        if (!fork.passes && !out->hit) {
-            out->hit = true;
-            out->distance = travelled;
-        }
-        walk.from = walk.surface;
-        walk.has_from = true;
-        if (fork.passes) {
-            walk.beta = rgb_mul(walk.beta, fork.weight);
-            walk.ray = surface_spawn_ray(&walk.from, walk.ray.direction);
-        } else {
-            struct bounce bounce;
-            if (!bounce_sample(&walk.from, wi, &fork, sampler, aims, aim_count, &bounce)) break;
-            if (walk.particles_too && depth == 0 && !bounce.delta) break;
-            walk.beta = rgb_mul(walk.beta, bounce.weight);
-            eta *= bounce.eta;
-            depth++;
-            walk.ray = surface_spawn_ray(&walk.from, bounce.wo);
-        }
-        if (!rgb_is_finite(walk.beta) || rgb_is_black(walk.beta)) break;
-        if (depth >= (uint32_t)roulette_depth) {
-            float survival = fminf(rgb_max(walk.beta) * eta * eta, 0.95f);
-            if (u_roulette >= survival) break;
-            walk.beta = rgb_scale(walk.beta, 1 / survival);
-        }
-        if ((max_depth >= 0 && depth >= (uint32_t)max_depth) || !walk_advance(&walk)) break;
-    }
+    struct line_path path = {
+        .walk = *begun, .sampler = *sampler, .first_dimension = sampler->dimension, .eta = 1, .share = 1};
+    path_follow(&path, aims, aim_count, max_depth, out);
 }
 
 void trace_line_radiance(const struct scene *scene, const struct ray *ray, struct sampler *sampler,

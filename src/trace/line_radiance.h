@@ -36,7 +36,7 @@ struct line_hit {
 };
 
 // Path tracing in which the lamp's emitters are hit by chance (a shadow ray would always end at the lamp's shell);
-// where the scattering is not a delta, 60 % of the directions aim at the spheres (aim_count may be 0). A path that
+// where the scattering is not a delta, a second path goes towards the spheres (aim_count may be 0). A path that
 // meets what does not belong to the lamp ends there: it brings none of the lamp's own light. max_depth in edges, at
 // least 1; -1: unlimited. `particles_too`: the ray is a camera's, and particles bring what its first vertex scatters by
 // no delta, so this leaves it out (and what hide_emitters hides).

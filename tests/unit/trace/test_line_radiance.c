@@ -62,6 +62,34 @@ static void test_radiance(void **unused) {
     check_plate(aims, 3, 40000);
 }
 
+// Between two concentric spheres, the inner one black and glowing, the outer one white: with F the share of the outer
+// one's light that the inner one takes, its area over the outer one's, E = emission * F / (1 - white * (1 - F)).
+static void test_white_walls(void **unused) {
+    (void)unused;
+    struct scene scene;
+    load(&scene,
+         "<shape type='sphere'><float name='radius' value='2'/>"
+         "<bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='0.9'/></bsdf></bsdf></shape>"
+         "<shape type='sphere'><float name='radius' value='0.2'/>"
+         "<bsdf type='diffuse'><rgb name='reflectance' value='0'/></bsdf>"
+         "<emitter type='area'><rgb name='radiance' value='2'/></emitter></shape>");
+    const struct aim aim = {{0, 0, 0}, 0.21f};
+    struct ray ray = {{1, 0, 0}, {0.6f, 0.8f, 0}, 0, INFINITY};
+    enum { N = 100000 };
+    double sum = 0, square = 0;
+    for (int i = 0; i < N; i++) {
+        struct sampler sampler = sampler_make(5, 2, i);
+        struct line_hit hit;
+        trace_line_radiance(&scene, &ray, &sampler, &aim, 1, -1, &hit);
+        sum += hit.radiance.g / N;
+        square += hit.radiance.g * hit.radiance.g / N;
+    }
+    double f = 0.01, expected = 0.9 * 2 * f / (1 - 0.9 * (1 - f)), error = sqrt((square - sum * sum) / N);
+    assert_float_equal(sum, expected, 4 * error);
+    assert_true(square - sum * sum < 3 * sum * sum); // a path's weight stays bounded over many bounces
+    scene_fini(&scene);
+}
+
 static void test_emitter_and_miss(void **unused) {
     (void)unused;
     struct scene scene;
@@ -114,7 +142,7 @@ static void test_transmittance(void **unused) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_radiance), cmocka_unit_test(test_emitter_and_miss),
-                                       cmocka_unit_test(test_transmittance)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_radiance), cmocka_unit_test(test_white_walls),
+                                       cmocka_unit_test(test_emitter_and_miss), cmocka_unit_test(test_transmittance)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
