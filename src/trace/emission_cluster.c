@@ -8,6 +8,7 @@
 
 enum { EMISSION_POINTS = 16384, LLOYD_STEPS = 8 };
 static const float cluster_reach = 0.1f, least_radius = 1e-3f; // [lamp radius]
+static const float piece_gap = 0.5f;
 
 static float distance2(vec3 a, vec3 b) {
     vec3 d = vec3_sub(a, b);
@@ -47,21 +48,21 @@ static size_t nearest_cluster(const struct emission_cluster *clusters, size_t co
     return nearest;
 }
 
-static size_t spread_clusters(struct emission_cluster *clusters, const vec3 *points, float reach) {
-    size_t count = 1;
-    clusters[0].center = points[0];
-    while (count < EMISSION_CLUSTERS) {
-        float farthest = 0;
-        size_t candidate = 0;
-        for (size_t i = 0; i < EMISSION_POINTS; i++) {
-            float d2 = distance2(points[i], clusters[nearest_cluster(clusters, count, points[i])].center);
-            if (d2 > farthest) {
-                farthest = d2;
-                candidate = i;
-            }
-        }
-        if (farthest <= reach * reach) break;
-        clusters[count++].center = points[candidate];
+// Farthest-point traversal: after k centres every point is within reaches[k] of one of them. As many as bring that
+// below `reach`, and beyond it as many as the emission has separate pieces: where one more centre makes the reach fall
+// at once, from the distance between pieces to the size of a piece.
+static size_t spread_clusters(struct emission_cluster *clusters, const vec3 *points, float *d2, float reach) {
+    float reaches[EMISSION_CLUSTERS + 1] = {INFINITY};
+    size_t next = 0, count = 0;
+    for (size_t i = 0; i < EMISSION_POINTS; i++) d2[i] = INFINITY;
+    for (size_t k = 1; k <= EMISSION_CLUSTERS; k++) {
+        clusters[k - 1].center = points[next];
+        for (size_t i = 0; i < EMISSION_POINTS; i++) d2[i] = fminf(d2[i], distance2(points[i], points[next]));
+        for (size_t i = 0; i < EMISSION_POINTS; i++)
+            if (d2[i] > d2[next]) next = i;
+        reaches[k] = sqrtf(d2[next]);
+        bool separate = reaches[k] < piece_gap * reaches[k - 1];
+        if (count == 0 ? reaches[k] <= reach || k == EMISSION_CLUSTERS : separate) count = k;
     }
     return count;
 }
@@ -89,11 +90,12 @@ enum status emission_clusters_find(struct emission_cluster clusters[EMISSION_CLU
         emits |= emitter_belongs(scene->emitters[i], luminaire) && rgb_max(scene->emitters[i]->power) > 0;
     if (!emits) return STATUS_OK;
     vec3 *points = malloc(EMISSION_POINTS * sizeof *points);
-    if (!points) return error_set(error, STATUS_MEMORY, "out of memory for the emission points");
-    enum status status = draw_points(points, scene, luminaire, error);
+    float *d2 = malloc(EMISSION_POINTS * sizeof *d2);
+    enum status status = points && d2 ? draw_points(points, scene, luminaire, error)
+                                      : error_set(error, STATUS_MEMORY, "out of memory for the emission points");
     if (status == STATUS_OK) {
         // A ball of twice the reach may be one cluster: its centre is found by the refinement.
-        *count = spread_clusters(clusters, points, 2 * cluster_reach * lamp_radius);
+        *count = spread_clusters(clusters, points, d2, 2 * cluster_reach * lamp_radius);
         for (int step = 0; step < LLOYD_STEPS; step++) refine_clusters(clusters, *count, points);
         for (size_t c = 0; c < *count; c++) clusters[c].radius = least_radius * lamp_radius;
         for (size_t i = 0; i < EMISSION_POINTS; i++) {
@@ -102,5 +104,6 @@ enum status emission_clusters_find(struct emission_cluster clusters[EMISSION_CLU
         }
     }
     free(points);
+    free(d2);
     return status;
 }
