@@ -12,14 +12,17 @@
 #include "format/safetensors.h"
 
 enum { VALUE_SIZE = 4400, KEYS = 12 };
+static const size_t least_lines = 2000000; // that the sampling density is built from
 static const char *const quality_names[] = {"draft", "standard", "high"};
 
-static enum status scale_light(struct bake_job *job, struct error *error) {
+// Fills `exits` with lines as the field shows them.
+static enum status scale_light(struct bake_job *job, struct exit_list *exits, struct error *error) {
+    const size_t lines = job->survey.exits.emitted > least_lines ? job->survey.exits.emitted : least_lines;
     double flux[3], noise[3];
     float scale[3];
     enum status status = light_field_finish(job->light.field, error);
     if (status != STATUS_OK) return status;
-    status = light_field_flux(job->light.field, &job->lamp, job->guide, flux, noise, error);
+    status = light_field_exits(job->light.field, &job->lamp, job->guide, lines, exits, flux, noise, error);
     if (status != STATUS_OK) return status;
     for (int c = 0; c < 3; c++) {
         scale[c] = flux[c] > 0 ? (float)(job->survey.flux[c] / flux[c]) : 1;
@@ -32,6 +35,8 @@ static enum status scale_light(struct bake_job *job, struct error *error) {
                      100 * noise[c], 100 * job->survey.flux_noise[c]);
     }
     light_field_set_scale(job->light.field, scale);
+    for (size_t i = 0; i < exits->count; i++)
+        for (int c = 0; c < 3; c++) exits->exits[i].flux[c] *= scale[c];
     return STATUS_OK;
 }
 
@@ -118,15 +123,17 @@ static enum status add_measurements(const char *path, const struct evaluation *e
     return status;
 }
 
-static enum status assemble_compact(struct bake_job *job, const struct metadata *metadata, const float flux[3],
-                                    struct luminaire **luminaire, struct error *error) {
+// The sampling density is of the light field, not of the lamp: where the field is blurred, light is drawn there too.
+static enum status assemble_compact(struct bake_job *job, const struct exit_list *exits,
+                                    const struct metadata *metadata, const float flux[3], struct luminaire **luminaire,
+                                    struct error *error) {
     float anchors[SURVEY_CLUSTERS][3];
     for (size_t i = 0; i < job->survey.cluster_count; i++)
         memcpy(anchors[i], &job->survey.clusters[i].center, sizeof anchors[i]);
     struct sampling_density *density;
-    enum status status = sampling_density_build(&density, &job->lamp.proxy, (const float(*)[3])anchors,
-                                                job->survey.cluster_count, job->survey.exits.exits,
-                                                job->survey.exits.count, job->lamp.seed, job->run->threads, error);
+    enum status status =
+        sampling_density_build(&density, &job->lamp.proxy, (const float(*)[3])anchors, job->survey.cluster_count,
+                               exits->exits, exits->count, job->lamp.seed, job->run->threads, error);
     if (status != STATUS_OK) return status;
     struct light_field *field = job->light.field;
     struct transparency *transparency = job->transparency;
@@ -144,14 +151,14 @@ static enum status assemble_paper(struct bake_job *job, const struct metadata *m
                                     metadata->count, error);
 }
 
-static enum status assemble(struct bake_job *job, const struct bake_report *report, struct luminaire **luminaire,
-                            struct error *error) {
+static enum status assemble(struct bake_job *job, const struct exit_list *exits, const struct bake_report *report,
+                            struct luminaire **luminaire, struct error *error) {
     struct metadata *metadata = calloc(1, sizeof *metadata);
     if (!metadata) return error_set(error, STATUS_MEMORY, "out of memory for the metadata");
     describe_bake(metadata, job, report);
     const float flux[3] = {(float)job->survey.flux[0], (float)job->survey.flux[1], (float)job->survey.flux[2]};
     enum status status = job->paper ? assemble_paper(job, metadata, flux, luminaire, error)
-                                    : assemble_compact(job, metadata, flux, luminaire, error);
+                                    : assemble_compact(job, exits, metadata, flux, luminaire, error);
     if (status == STATUS_OK && job->view.hull) {
         status = luminaire_set_view(*luminaire, job->view.hull, job->view.field, error);
         job->view = (struct view_result){NULL, NULL};
@@ -173,9 +180,11 @@ enum status bake_finish(struct bake_job *job, struct bake_report *report, struct
         .traced = job->light.traced + job->survey.exits.emitted,
     };
     struct luminaire *luminaire = NULL;
-    enum status status = job->paper ? STATUS_OK : scale_light(job, error); // the published networks are not scaled
+    struct exit_list exits = {0};
+    enum status status = job->paper ? STATUS_OK : scale_light(job, &exits, error); // the published are not scaled
     run_progress(job->run, "finishing", 0.4, clock_wall_s() - start, NULL);
-    if (status == STATUS_OK) status = assemble(job, report, &luminaire, error);
+    if (status == STATUS_OK) status = assemble(job, &exits, report, &luminaire, error);
+    exit_list_fini(&exits);
     run_progress(job->run, "finishing", 0.8, clock_wall_s() - start, NULL);
     if (status == STATUS_OK) status = luminaire_save(luminaire, job->options->output_path, error);
     run_progress(job->run, "finishing", 1, clock_wall_s() - start, NULL);

@@ -5,7 +5,7 @@
 #include "bake/training.h"
 #include "base/parallel.h"
 
-enum { BLOCK = 4096, FLUX_BATCH = 1 << 16, LEAST_FLUX_BATCHES = 16, MOST_FLUX_BATCHES = 128 };
+enum { BLOCK = 4096, FLUX_BATCH = 1 << 16, MOST_FLUX_BATCHES = 128 };
 static const double flux_noise_goal = 0.0015;
 
 struct eval_job {
@@ -79,15 +79,31 @@ enum status held_out_score(const struct held_out *held_out, const struct light_f
     return STATUS_OK;
 }
 
-enum status light_field_flux(const struct light_field *field, const struct lamp *lamp, const struct line_guide *guide,
-                             double flux[3], double noise[3], struct error *error) {
+// The lines of a batch that cross the lamp, as if they were exits of one particle each.
+static void keep_exits(struct exit_list *exits, const struct line_sample *lines, const float (*radiance)[3]) {
+    for (size_t i = 0; i < FLUX_BATCH; i++) {
+        if (!(lines[i].mass > 0)) continue;
+        struct line_exit *exit = &exits->exits[exits->count++];
+        memcpy(exit->point, lines[i].point, sizeof exit->point);
+        memcpy(exit->w, lines[i].w, sizeof exit->w);
+        for (int c = 0; c < 3; c++) exit->flux[c] = radiance[i][c] * lines[i].mass;
+    }
+    exits->emitted += FLUX_BATCH;
+}
+
+enum status light_field_exits(const struct light_field *field, const struct lamp *lamp, const struct line_guide *guide,
+                              size_t least, struct exit_list *exits, double flux[3], double noise[3],
+                              struct error *error) {
+    const size_t batches = (least + FLUX_BATCH - 1) / FLUX_BATCH;
     struct line_sample *lines = malloc(FLUX_BATCH * sizeof *lines);
     float(*radiance)[3] = malloc(FLUX_BATCH * sizeof *radiance);
+    *exits = (struct exit_list){.exits = malloc((batches * FLUX_BATCH + 1) * sizeof *exits->exits)};
     double sum[3] = {0, 0, 0}, squares[3] = {0, 0, 0}, largest = (double)INFINITY;
-    for (size_t b = 0; b < MOST_FLUX_BATCHES && lines && radiance; b++) {
-        if (b >= LEAST_FLUX_BATCHES && largest < flux_noise_goal) break;
+    for (size_t b = 0; b < (batches > MOST_FLUX_BATCHES ? batches : MOST_FLUX_BATCHES); b++) {
+        if (!lines || !radiance || !exits->exits || (b >= batches && largest < flux_noise_goal)) break;
         gather_lines(lines, lamp, guide, STREAM_SCALE, b * FLUX_BATCH, FLUX_BATCH, false);
         eval_lines(field, lines, FLUX_BATCH, lamp->threads, radiance);
+        if (b < batches) keep_exits(exits, lines, (const float(*)[3])radiance);
         for (size_t i = 0; i < FLUX_BATCH; i++)
             for (int c = 0; c < 3; c++) {
                 double y = (double)(radiance[i][c] * lines[i].mass);
@@ -102,8 +118,9 @@ enum status light_field_flux(const struct light_field *field, const struct lamp 
             largest = fmax(largest, noise[c]);
         }
     }
-    enum status status =
-        lines && radiance ? STATUS_OK : error_set(error, STATUS_MEMORY, "out of memory for the model's flux");
+    enum status status = lines && radiance && exits->exits
+                             ? STATUS_OK
+                             : error_set(error, STATUS_MEMORY, "out of memory for the model's flux");
     free(lines);
     free(radiance);
     return status;

@@ -67,7 +67,9 @@ void held_out_destroy(struct held_out *held_out);
 enum status held_out_score(const struct held_out *held_out, const struct light_field *field, const struct lamp *lamp,
                            double *score, struct error *error);
 
-// The integral of the field over all lines per channel, and its relative standard error: from 1 to 8 million guided
-// lines, as many as bring the error below 0.15 %.
-enum status light_field_flux(const struct light_field *field, const struct lamp *lamp, const struct line_guide *guide,
-                             double flux[3], double noise[3], struct error *error);
+// At least `least` guided lines with the field's light as if they were exits (exit_list_fini is the caller's, also
+// after an error), the field's integral over all lines per channel and its relative standard error: of so many lines,
+// or of up to 8 million, as many as bring that error below 0.15 %.
+enum status light_field_exits(const struct light_field *field, const struct lamp *lamp, const struct line_guide *guide,
+                              size_t least, struct exit_list *exits, double flux[3], double noise[3],
+                              struct error *error);

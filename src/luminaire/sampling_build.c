@@ -1,4 +1,4 @@
-// Builds the sampling density from traced exits. A distance is chosen freely for every exit in every distance bin: the
+// Builds the sampling density from exits. A distance is chosen freely for every exit in every distance bin: the
 // point there on its ray is a shading point that sees it, so the counts of a cell are proportional to L, whatever the
 // cell's size. Exits that pass near an anchor belong to the anchors, all others to the map.
 #include <stdlib.h>
@@ -10,6 +10,7 @@
 #include "math/warp.h"
 
 enum { PROFILE_BINS = 96 };
+static const double spread_exits = 100; // among the pixels of a cell
 static const float profile_first = 5e-4f, profile_last = 0.15f; // perpendicular distances, in radii
 static const float distance_low[DISTANCE_BINS] = {1.01f, 1.4f, 2.5f}, distance_high[DISTANCE_BINS] = {1.4f, 2.5f, 8};
 
@@ -21,6 +22,7 @@ struct build {
     uint64_t seed;
     float *image; // [cell][MAP_PIXELS] flux
     double *near_anchors; // [cell] flux of the anchors' exits
+    double *squares; // [cell] of the map's exits' flux
 };
 
 static vec3 vec3_from(const float v[3]) { return vec3_make(v[0], v[1], v[2]); }
@@ -125,6 +127,7 @@ static void splat(struct build *build, size_t exit, vec3 s, float flux) {
     int x = (int)(p.x * MAP_SIDE), y = (int)(p.y * MAP_SIDE);
     x = x < MAP_SIDE ? x : MAP_SIDE - 1, y = y < MAP_SIDE ? y : MAP_SIDE - 1;
     build->image[view.cell * MAP_PIXELS + (size_t)(y * MAP_SIDE + x)] += flux;
+    build->squares[view.cell] += (double)flux * (double)flux;
 }
 
 // One distance bin (DISTANCE_BINS: the inside): its cells are written by this call alone.
@@ -162,12 +165,17 @@ static void fill_bin(void *user, size_t bin, int worker) {
 static void encode_cells(struct build *build) {
     struct sampling_density *density = build->density;
     for (size_t cell = 0; cell < sampling_cell_count(density); cell++) {
-        const float *image = build->image + cell * MAP_PIXELS;
+        float *image = build->image + cell * MAP_PIXELS;
         float largest = 0;
         double sum = 0;
+        for (int i = 0; i < MAP_PIXELS; i++) sum += (double)image[i];
+        // Where few exits are known, chance alone would leave pixels dark that are not: as if a few more were known,
+        // spread evenly.
+        double known = build->squares[cell] > 0 ? sum * sum / build->squares[cell] : 0;
+        float spread = (float)(sum * spread_exits / ((known + 1) * MAP_PIXELS));
         for (int i = 0; i < MAP_PIXELS; i++) {
+            image[i] += spread;
             largest = fmaxf(largest, image[i]);
-            sum += (double)image[i];
         }
         for (int i = 0; i < MAP_PIXELS; i++) {
             int code = image[i] > 0 ? (int)lrintf(15 * sqrtf(image[i] / largest)) : 0;
@@ -192,13 +200,14 @@ enum status sampling_density_build(struct sampling_density **density, const stru
     enum status status = sampling_allocate(&d, proxy, directions, (int)anchor_count, error);
     if (status) return status;
     if (anchor_count) memcpy(d->anchors, anchors, anchor_count * sizeof *anchors);
-    struct build build = {d, exits, exit_count, NULL, seed, NULL, NULL};
+    struct build build = {d, exits, exit_count, NULL, seed, NULL, NULL, NULL};
     int16_t *owner = malloc((exit_count + 1) * sizeof *owner);
     float *distance = malloc((exit_count + 1) * sizeof *distance);
     build.image = calloc(sampling_cell_count(d) * MAP_PIXELS, sizeof(float));
     build.near_anchors = calloc(sampling_cell_count(d), sizeof(double));
+    build.squares = calloc(sampling_cell_count(d), sizeof(double));
     build.owner = owner;
-    if (owner && distance && build.image && build.near_anchors) {
+    if (owner && distance && build.image && build.near_anchors && build.squares) {
         assign_anchors(d, exits, exit_count, owner, distance);
         parallel_for(threads, DISTANCE_BINS + 1, fill_bin, &build);
         encode_cells(&build);
@@ -212,5 +221,6 @@ enum status sampling_density_build(struct sampling_density **density, const stru
     free(distance);
     free(build.image);
     free(build.near_anchors);
+    free(build.squares);
     return status;
 }
