@@ -226,6 +226,21 @@ struct sconce_table1_options {
 SCONCE_API enum sconce_status sconce_table1(const struct sconce_table1_options *options, const struct sconce_run *run,
                                             char **json, char **markdown, struct sconce_error *error);
 
+// The figures of the paper, made anew with this program's lamps and rooms, and ablations: PNG and JSON files and one
+// self-contained page OUTPUT/figures.html. What is there from a call with the same options and files is kept.
+struct sconce_figure_options {
+    const char *output; // a folder, made where it is missing
+    double scale; // > 0; 1 (0 counts as 1): some 40 minutes on two cores. Time and pixels go with it
+    const char *only; // names with commas between them, such as "4,13,ablations"; NULL: all but the ablations
+    const char *paper; // a file of preset "paper" of the demonstration lamp, for figure 6; or NULL
+    const char *data; // a folder with scenes/ and lamps/ in it; NULL: the program's own rooms and lamps
+};
+// *json: {"page": path, "figures": [...]} with every figure's tables and the names of its pictures; free() it.
+// SCONCE_CANCELLED: the page shows what is finished, and the same call goes on from there.
+SCONCE_API enum sconce_status sconce_make_figures(const struct sconce_figure_options *options,
+                                                  const struct sconce_run *run, char **json,
+                                                  struct sconce_error *error);
+
 #ifdef __cplusplus
 }
 #endif

@@ -38,8 +38,12 @@ enum sconce_status sconce_render(const struct sconce_render_options *options, co
     double load_s = clock_wall_s() - start;
     if (options->max_depth) scene.max_depth = options->max_depth;
     status = integrator_choose(&scene, options->integrator, &inner);
-    struct render_options render = {options->output,   options->samples, options->seconds,
-                                    options->exposure, options->mask,    options->png};
+    struct render_options render = {.output = options->output,
+                                    .samples = options->samples,
+                                    .seconds = options->seconds,
+                                    .exposure = options->exposure,
+                                    .mask = options->mask,
+                                    .png = options->png};
     if (!status) status = render_scene(&scene, &render, &api.run, &rendered, &inner);
     if (result) {
         *result = (struct sconce_render_result){.width = rendered.width,

@@ -1,15 +1,11 @@
 // Looking at the lamp: orthographic pictures of the bounding sphere from the corners of a cube, of the light field, of
 // the hull where there is one, and by traced lines.
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
-#include "base/parallel.h"
 #include "bake/evaluate_private.h"
-#include "math/warp.h"
-#include "trace/hull_look.h"
+#include "bake/lamp_picture.h"
 
-enum { PIXELS = EVALUATION_PIXELS, VIEWS = 8, MAX_DEPTH = 100 };
+enum { PIXELS = EVALUATION_PIXELS, VIEWS = 8 };
 
 struct view_job {
     const struct luminaire *luminaire;
@@ -22,62 +18,17 @@ struct view_job {
     struct image_pair *surface;
 };
 
-// One sample of every pixel of a row by the hull; absorption in its glass is left out.
-static void add_surface_row(const struct view_job *job, const float (*at)[3], const struct sampler *samplers,
-                            float *pixels, float share) {
-    struct view_point points[PIXELS];
-    float radiance[PIXELS][3];
-    size_t columns[PIXELS], count = 0;
-    const struct hull *hull = luminaire_hull(job->luminaire);
-    for (size_t column = 0; column < PIXELS; column++) {
-        struct ray ray = {{at[column][0], at[column][1], at[column][2]}, vec3_neg(job->w), 0, INFINITY};
-        struct sampler sampler = samplers[column];
-        if (hull_trace(job->hull, hull, &ray, &sampler, &points[count])) columns[count++] = column;
-    }
-    if (count) luminaire_view(job->luminaire, count, points, radiance);
-    for (size_t i = 0; i < count; i++)
-        for (size_t c = 0; c < 3; c++) pixels[3 * columns[i] + c] += radiance[i][c] * share;
-}
-
-static void view_row(void *user, size_t row, int worker) {
-    (void)worker;
-    const struct view_job *job = user;
-    const struct lamp *lamp = job->lamp;
-    const vec3 center = {lamp->proxy.center[0], lamp->proxy.center[1], lamp->proxy.center[2]};
-    const struct frame frame = frame_from_normal(job->w);
-    const float step = 2 * lamp->proxy.radius / PIXELS, share = 1 / (float)job->samples;
-    float at[PIXELS][3], along[PIXELS][3], radiance[PIXELS][3];
+static void take_pictures(const struct view_job *job) {
     for (int half = 0; half < 2; half++)
-        for (size_t k = 0; k < job->samples; k++) {
-            float *reference = job->reference->half[half].pixels + 3 * row * PIXELS;
-            float *model = job->model->half[half].pixels + 3 * row * PIXELS;
-            struct sampler samplers[PIXELS];
-            for (size_t column = 0; column < PIXELS; column++) {
-                uint64_t stream = job->stream | (uint64_t)half << 40 | row << 20 | column;
-                struct sampler sampler = sampler_make(lamp->seed, stream, k);
-                vec2 u = sampler_2d(&sampler);
-                float x = ((float)column + u.x - 0.5f * PIXELS) * step, y = (0.5f * PIXELS - (float)row - u.y) * step;
-                vec3 p = vec3_mad(frame.s, x, vec3_mad(frame.t, y, center));
-                p = vec3_mad(job->w, 1.001f * lamp->proxy.radius, p);
-                at[column][0] = p.x, at[column][1] = p.y, at[column][2] = p.z;
-                along[column][0] = job->w.x, along[column][1] = job->w.y, along[column][2] = job->w.z;
-                struct ray ray = {p, vec3_neg(job->w), 0, INFINITY};
-                samplers[column] = sampler;
-                struct line_hit hit;
-                trace_line_radiance(lamp->scene, &ray, &sampler, lamp->aims, lamp->aim_count, MAX_DEPTH, &hit);
-                reference[3 * column] += hit.radiance.r * share;
-                reference[3 * column + 1] += hit.radiance.g * share;
-                reference[3 * column + 2] += hit.radiance.b * share;
-            }
-            if (job->hull)
-                add_surface_row(job, (const float(*)[3])at, samplers,
-                                job->surface->half[half].pixels + 3 * row * PIXELS, share);
-            luminaire_eval(job->luminaire, PIXELS, (const float(*)[3])at, (const float(*)[3])along, radiance);
-            for (size_t i = 0; i < PIXELS; i++)
-                if (!luminaire_seen(job->luminaire, at[i], along[i])) memset(radiance[i], 0, sizeof radiance[i]);
-            for (size_t i = 0; i < PIXELS; i++)
-                for (int c = 0; c < 3; c++) model[3 * i + (size_t)c] += radiance[i][c] * share;
-        }
+        lamp_picture_take(&(struct lamp_picture){.luminaire = job->luminaire,
+                                                 .lamp = job->lamp,
+                                                 .hull = job->hull,
+                                                 .w = job->w,
+                                                 .stream = job->stream | (uint64_t)half << 40,
+                                                 .samples = job->samples,
+                                                 .reference = &job->reference->half[half],
+                                                 .model = &job->model->half[half],
+                                                 .surface = &job->surface->half[half]});
 }
 
 // Sums of squared differences of log(1 + x), free of noise but for the logarithm's curvature.
@@ -108,7 +59,7 @@ struct view_sums {
 
 static enum status compare_view(const struct view_job *job, struct view_sums *sums, struct error *error) {
     double one, one_noise, one_black;
-    parallel_for(job->lamp->threads, PIXELS, view_row, (void *)job);
+    take_pictures(job);
     log_errors(job->model, job->reference, &sums->squared, &sums->black);
     // The picture of the light field has the same places in each pixel: only the reference's noise counts.
     struct image_pair still = {0};

@@ -12,7 +12,7 @@ struct command {
     int (*run)(int argc, char **argv); // argv[0] is "sconce NAME"
 };
 extern const struct command command_bake, command_render, command_compare, command_evaluate, command_info,
-    command_report, command_table1, command_help;
+    command_report, command_table1, command_figures, command_help;
 
 // --- Options that every command understands (common.c). ---
 struct common {

@@ -4,8 +4,9 @@
 
 #include "cli.h"
 
-static const struct command *const COMMANDS[] = {&command_bake, &command_render, &command_compare, &command_evaluate,
-                                                 &command_info, &command_report, &command_table1,  &command_help};
+static const struct command *const COMMANDS[] = {&command_bake,     &command_render,  &command_compare,
+                                                 &command_evaluate, &command_info,    &command_report,
+                                                 &command_table1,   &command_figures, &command_help};
 enum { COMMAND_COUNT = sizeof COMMANDS / sizeof COMMANDS[0] };
 
 static void usage(FILE *out) {

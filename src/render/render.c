@@ -41,9 +41,11 @@ enum status render_scene(const struct scene *scene, const struct render_options 
     int done = 0;
     while (!status) {
         double elapsed = clock_wall_s() - wall;
-        double fraction = options->seconds > 0 ? elapsed / options->seconds : (double)done / samples;
+        double limit = options->cpu_seconds > 0 ? options->cpu_seconds : options->seconds;
+        double spent = options->cpu_seconds > 0 ? clock_cpu_s() - cpu : elapsed;
+        double fraction = limit > 0 ? spent / limit : (double)done / samples;
         // A pass that would end more than half of itself late is not begun.
-        double late = options->seconds > 0 && done ? 0.5 * elapsed / done / options->seconds : 0;
+        double late = limit > 0 && done ? 0.5 * spent / done / limit : 0;
         if (done && fraction + late >= 1) break;
         char detail[64];
         snprintf(detail, sizeof detail, "%d spp", done);

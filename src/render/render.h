@@ -9,6 +9,7 @@ struct render_options {
     const char *output;
     int samples; // 0: the scene's
     double seconds; // > 0: passes until this wall time is over
+    double cpu_seconds; // > 0: the same of CPU time, for comparisons
     float exposure; // of a PNG; 0: automatic
     const char *mask; // path of the mask to write, or NULL
     const char *png; // path of a picture to write beside the output, or NULL

@@ -125,8 +125,13 @@ static enum status load_baked(struct loader *loader, const struct object *object
     bool unbiased = loader->options->unbiased;
     enum keep_geometry keep = unbiased ? KEEP_ALL : (enum keep_geometry)shape->keep;
     enum appearance appearance = unbiased ? APPEARANCE_NEURAL : (enum appearance)shape->appearance;
-    instances[count] = (struct luminaire_instance){luminaire,  placement.to_world, scale,        keep,
-                                                   appearance, placement.dim,      object->place};
+    instances[count] = (struct luminaire_instance){.luminaire = luminaire,
+                                                   .to_world = placement.to_world,
+                                                   .scale = scale,
+                                                   .keep = keep,
+                                                   .appearance = appearance,
+                                                   .dim = placement.dim,
+                                                   .place = object->place};
     scene->luminaires = instances;
     scene->luminaire_count = count + 1;
     if (appearance == APPEARANCE_SURFACE) {

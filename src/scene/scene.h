@@ -12,6 +12,9 @@
 enum integrator_kind { INTEGRATOR_PATH, INTEGRATOR_BDPT, INTEGRATOR_PARTICLE };
 enum keep_geometry { KEEP_NONE, KEEP_OPAQUE, KEEP_ALL };
 enum appearance { APPEARANCE_NEURAL, APPEARANCE_SURFACE, APPEARANCE_GEOMETRY };
+// What becomes of the light behind a baked lamp: it is dimmed by T per colour, let through where the mean of T is at
+// least a half, or stopped. The last two are for comparison only.
+enum lamp_mask { LAMP_MASK_RGB, LAMP_MASK_BINARY, LAMP_MASK_NONE };
 
 struct luminaire_instance { // a baked lamp placed in the scene
     const struct luminaire *luminaire;
@@ -19,6 +22,7 @@ struct luminaire_instance { // a baked lamp placed in the scene
     float scale; // its uniform scale (radiance is unchanged by scaling)
     enum keep_geometry keep;
     enum appearance appearance;
+    enum lamp_mask mask;
     rgb dim; // multiplies L
     struct place place;
 };

@@ -94,6 +94,12 @@ static void store(float to[3], vec3 v) {
     to[2] = v.z;
 }
 
+static rgb mask_transmittance(enum lamp_mask mask, rgb transmittance) {
+    if (mask == LAMP_MASK_RGB) return transmittance;
+    bool through = mask == LAMP_MASK_BINARY && transmittance.r + transmittance.g + transmittance.b >= 1.5f;
+    return rgb_gray(through ? 1 : 0);
+}
+
 // One query for the crossings order[0..n) of one lamp.
 static void ask(struct crossing_batch *batch, const struct luminaire_instance *instance, const uint32_t *order,
                 size_t n, enum question question) {
@@ -128,7 +134,7 @@ static void ask(struct crossing_batch *batch, const struct luminaire_instance *i
         if (question == QUESTION_RADIANCE && crossing->looks && !rgb_is_black(answer) &&
             !luminaire_seen(instance->luminaire, point[asked], w[asked]))
             crossing->radiance = rgb_gray(0);
-        if (question == QUESTION_TRANSMITTANCE) crossing->transmittance = answer;
+        if (question == QUESTION_TRANSMITTANCE) crossing->transmittance = mask_transmittance(instance->mask, answer);
         if (question == QUESTION_PDF) crossing->pdf_sa = batch->pdf[asked];
         asked++;
     }
