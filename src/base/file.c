@@ -94,6 +94,19 @@ enum status file_write_atomic(const char *path, const void *bytes, size_t length
     return error_set(error, STATUS_IO, "%s: cannot be written: %s; nothing was left behind", path, strerror(reason));
 }
 
+enum status folder_make(const char *path, struct error *error) {
+    char part[PATH_MAX];
+    if ((size_t)snprintf(part, sizeof part, "%s", path) >= sizeof part)
+        return error_set(error, STATUS_INVALID, "%s: the path is too long", path);
+    for (char *slash = strchr(part + 1, '/');; slash = strchr(slash + 1, '/')) {
+        if (slash) *slash = 0;
+        if (mkdir(part, 0777) != 0 && errno != EEXIST)
+            return error_set(error, STATUS_IO, "the folder %s cannot be made: %s", part, strerror(errno));
+        if (!slash) return STATUS_OK;
+        *slash = '/';
+    }
+}
+
 void path_resolve(char *result, size_t size, const char *base_file, const char *name) {
     const char *slash = strrchr(base_file, '/');
     int folder = slash && name[0] != '/' ? (int)(slash - base_file + 1) : 0;

@@ -50,16 +50,17 @@ enum status evidence_data_find(struct evidence_data *data, const char *folder, s
                                                       "as share/sconce of an installation",
                                                       folder);
     Dl_info info;
-    char library[PATH_MAX] = "", shared[PATH_MAX];
+    char library[PATH_MAX] = "", relative[PATH_MAX], shared[PATH_MAX];
     if (dladdr((const void *)(uintptr_t)evidence_data_find, &info) && info.dli_fname &&
         realpath(info.dli_fname, library))
         *strrchr(library, '/') = 0;
-    path_print(shared, "%s/" LIBRARY_TO_SHARE, library);
-    if (build_tree(data, library) || share_folder(data, shared)) return STATUS_OK;
+    if (build_tree(data, library)) return STATUS_OK;
+    path_print(relative, "%s/" LIBRARY_TO_SHARE, library);
+    if (realpath(relative, shared) && share_folder(data, shared)) return STATUS_OK;
     return error_set(error, STATUS_IO,
                      "%s: the project's rooms and lamps are not there; name the folder that holds scenes and lamps, "
                      "such as share/sconce of an installation",
-                     shared);
+                     relative);
 }
 
 void evidence_room(char *path, const struct evidence_data *data, const char *room) {

@@ -2,13 +2,12 @@
 // whole at any moment.
 #include "evidence/figures.h"
 
-#include <errno.h>
 #include <glob.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
 
+#include "base/file.h"
 #include "evidence/figure_table.h"
 #include "evidence/kept.h"
 
@@ -115,19 +114,6 @@ static enum status check_names(const struct figures_options *options, struct err
         p = end ? end + 1 : NULL;
     }
     return STATUS_OK;
-}
-
-static enum status folder_make(const char *path, struct error *error) {
-    char part[PATH_MAX];
-    if ((size_t)snprintf(part, sizeof part, "%s", path) >= sizeof part - 100)
-        return error_set(error, STATUS_INVALID, "the output folder's name is too long");
-    for (char *slash = strchr(part + 1, '/');; slash = strchr(slash + 1, '/')) {
-        if (slash) *slash = 0;
-        if (mkdir(part, 0777) && errno != EEXIST)
-            return error_set(error, STATUS_IO, "the folder %s cannot be made: %s", part, strerror(errno));
-        if (!slash) return STATUS_OK;
-        *slash = '/';
-    }
 }
 
 static enum status page_write(const char *folder, char *path, struct error *error) {

@@ -1,11 +1,9 @@
 // Row after row, in the paper's order; after each the table on disk is whole again.
 #include "evidence/table1.h"
 
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/file.h"
@@ -29,19 +27,6 @@ static enum status rows_choose(bool chosen[TABLE1_ROWS], const char *only, struc
     for (const char *p = only; p && (p = strchr(p, ',')); p++) named++;
     if (!only || found == named) return STATUS_OK;
     return error_set(error, STATUS_INVALID, "'%s' is not a list of the table's rows; they are %s", only, all);
-}
-
-static enum status folder_make(const char *folder, struct error *error) {
-    char path[PATH_MAX];
-    snprintf(path, sizeof path, "%s", folder);
-    for (char *slash = strchr(path + 1, '/'); slash; slash = strchr(slash + 1, '/')) {
-        *slash = 0;
-        mkdir(path, 0777);
-        *slash = '/';
-    }
-    if (mkdir(path, 0777) && errno != EEXIST)
-        return error_set(error, STATUS_IO, "the folder %s cannot be made: %s", path, strerror(errno));
-    return STATUS_OK;
 }
 
 // What is missing is said before hours go by.
@@ -68,7 +53,7 @@ static enum status rows_write(const struct table1_kit *kit, const struct table1_
     free(*json);
     free(*markdown);
     json_t *tree = table1_json(kit, rows, count);
-    *json = tree ? json_dumps(tree, JSON_INDENT(1) | JSON_REAL_PRECISION(6)) : NULL;
+    *json = tree ? json_dumps(tree, JSON_INDENT(1) | JSON_REAL_PRECISION(10)) : NULL;
     *markdown = table1_markdown(rows, count);
     json_decref(tree);
     if (!*json || !*markdown) return error_set(error, STATUS_MEMORY, "out of memory for the table");

@@ -44,6 +44,25 @@ static int remove_folder(void **state) {
     return rmdir(folder);
 }
 
+static void test_folders(void **state) {
+    (void)state;
+    char deep[160], below[200];
+    struct error error;
+    snprintf(deep, sizeof deep, "%s/x/y", folder);
+    snprintf(below, sizeof below, "%s/x/y/file/z", folder);
+    assert_int_equal(folder_make(deep, NULL), STATUS_OK);
+    assert_int_equal(folder_make(deep, NULL), STATUS_OK); // already there
+    below[strlen(below) - 2] = 0;
+    assert_int_equal(file_write_atomic(below, "", 0, NULL), STATUS_OK);
+    below[strlen(below)] = '/';
+    assert_int_equal(folder_make(below, &error), STATUS_IO);
+    assert_non_null(strstr(error.text, "cannot be made"));
+    below[strlen(below) - 2] = 0;
+    remove(below);
+    rmdir(deep);
+    rmdir(in_folder("x"));
+}
+
 static void test_round_trip(void **state) {
     (void)state;
     uint8_t *bytes;
@@ -128,10 +147,8 @@ static void test_resolve(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_round_trip),
-        cmocka_unit_test(test_errors),
-        cmocka_unit_test(test_full_disk),
-        cmocka_unit_test(test_resolve),
+        cmocka_unit_test(test_folders),   cmocka_unit_test(test_round_trip), cmocka_unit_test(test_errors),
+        cmocka_unit_test(test_full_disk), cmocka_unit_test(test_resolve),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }
