@@ -93,7 +93,7 @@ static enum status job_save(struct long_job *job, double cpu_s, struct error *er
     if (status) return status;
     json_t *numbers = json_pack("{s:s, s:i, s:f}", "key", job->key, "samples", (int)job->film.pass_count, "cpu_s",
                                 job->cpu_s + cpu_s);
-    char *text = numbers ? json_dumps(numbers, JSON_INDENT(1) | JSON_REAL_PRECISION(9)) : NULL;
+    char *text = numbers ? json_dumps(numbers, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(numbers);
     status = text ? file_write_atomic(job->numbers_path, text, strlen(text), error)
                   : error_set(error, STATUS_MEMORY, "%s: out of memory", job->numbers_path);
