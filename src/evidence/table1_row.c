@@ -101,14 +101,15 @@ static enum status render(struct row_job *job, const struct rendering *r, double
     evidence_thing(furniture, &kit->data, "furniture");
     evidence_thing(textures, &kit->data, "textures");
     snprintf(stage, sizeof stage, "%s %s", job->entry->name, r->name);
-    const struct definition definitions[] = {{"lamp", lamp}, {"furniture", furniture}, {"textures", textures}};
+    const struct definition definitions[] = {
+        {"lamp", lamp}, {"furniture", furniture}, {"textures", textures}, {"appearance", "surface"}};
     const struct long_render request = {.stem = stem,
                                         .mask = r->mask,
                                         .stage = stage,
                                         .scene = room,
                                         .integrator = r->ours ? "path" : "bdpt",
                                         .definitions = definitions,
-                                        .definition_count = 3,
+                                        .definition_count = 4,
                                         .width = job->width,
                                         .height = job->height,
                                         .seed = 100 * kit->run->seed + r->seed,
