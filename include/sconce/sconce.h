@@ -221,7 +221,8 @@ struct sconce_table1_options {
     const char *only; // rows, with commas between them: "statler,star,blossom,feather,vintage"; NULL: all
 };
 // *json: {"rows": [{"luminaire", "scene", "speedup", ...}], "settings": {...}}; *markdown: the same to be read. free()
-// both. On SCONCE_CANCELLED they hold the finished rows, and the same call goes on from there; on other errors NULL.
+// both. On SCONCE_CANCELLED they hold the finished rows (NULL without any), and the same call goes on from there; on other
+// errors they are NULL.
 // Errors: a baked lamp is missing, the folder cannot be written, an unknown row.
 SCONCE_API enum sconce_status sconce_table1(const struct sconce_table1_options *options, const struct sconce_run *run,
                                             char **json, char **markdown, struct sconce_error *error);

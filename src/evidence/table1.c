@@ -81,12 +81,8 @@ enum status table1_make(const struct table1_options *options, const struct run *
         status = table1_measure(&kit, &table1_entries[i], &rows[count], error);
         if (!status) status = rows_write(&kit, rows, ++count, json, markdown, error);
     }
-    if (status == STATUS_CANCELLED) {
-        const enum status written = rows_write(&kit, rows, count, json, markdown, error);
-        if (written) status = written;
-        if (!written)
-            error_set(error, STATUS_CANCELLED, "stopped after %d rows; the same command goes on from here", count);
-    }
+    if (status == STATUS_CANCELLED)
+        error_set(error, status, "stopped after %d rows; the same command goes on from here", count);
     if (status && status != STATUS_CANCELLED) {
         free(*json);
         free(*markdown);
