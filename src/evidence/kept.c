@@ -17,7 +17,7 @@ enum status kept_hash_file(uint64_t *hash, const char *path, struct error *error
 }
 
 enum status kept_save(const char *path, json_t *object, struct error *error) {
-    char *text = object ? json_dumps(object, JSON_INDENT(1) | JSON_REAL_PRECISION(6)) : NULL;
+    char *text = object ? json_dumps(object, JSON_INDENT(1) | JSON_REAL_PRECISION(15)) : NULL;
     json_decref(object);
     if (!text) return error_set(error, STATUS_MEMORY, "%s: out of memory", path);
     enum status status = file_write_atomic(path, text, strlen(text), error);

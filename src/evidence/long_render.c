@@ -2,14 +2,11 @@
 // but the seed and its number, so that what is continued equals what was never interrupted (but for rounding to float).
 #include "evidence/long_render.h"
 
-#include <jansson.h>
-#include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include "base/file.h"
+#include "evidence/kept.h"
 #include "evidence/scene_files.h"
 #include "render/render.h"
 #include "trace/integrator.h"
@@ -51,11 +48,9 @@ static void job_fini(struct long_job *job) {
 
 // Samples of an earlier call, 0 without one that fits.
 static int job_kept(struct long_job *job) {
-    json_t *numbers = json_load_file(job->numbers_path, 0, NULL);
-    const char *key = json_string_value(json_object_get(numbers, "key"));
+    json_t *numbers = kept_load(job->numbers_path, job->key);
     int samples = 0;
-    if (key && !strcmp(key, job->key) && !access(job->image_path, R_OK) &&
-        (!job->request->mask || !access(job->request->mask, R_OK))) {
+    if (numbers && !access(job->image_path, R_OK) && (!job->request->mask || !access(job->request->mask, R_OK))) {
         samples = (int)json_integer_value(json_object_get(numbers, "samples"));
         job->cpu_s = json_number_value(json_object_get(numbers, "cpu_s"));
     }
@@ -91,14 +86,10 @@ static enum status job_save(struct long_job *job, double cpu_s, struct error *er
     status = image_save(&image, job->image_path, 1, error);
     image_fini(&image);
     if (status) return status;
-    json_t *numbers = json_pack("{s:s, s:i, s:f}", "key", job->key, "samples", (int)job->film.pass_count, "cpu_s",
-                                job->cpu_s + cpu_s);
-    char *text = numbers ? json_dumps(numbers, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
-    json_decref(numbers);
-    status = text ? file_write_atomic(job->numbers_path, text, strlen(text), error)
-                  : error_set(error, STATUS_MEMORY, "%s: out of memory", job->numbers_path);
-    free(text);
-    return status;
+    return kept_save(job->numbers_path,
+                     json_pack("{s:s, s:i, s:f}", "key", job->key, "samples", (int)job->film.pass_count, "cpu_s",
+                               job->cpu_s + cpu_s),
+                     error);
 }
 
 static enum status job_load_scene(struct long_job *job, int kept, struct error *error) {

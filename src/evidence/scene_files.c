@@ -2,10 +2,11 @@
 #include "evidence/scene_files.h"
 
 #include <limits.h>
-#include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "base/file.h"
+#include "evidence/kept.h"
 
 enum { MAX_DEPTH = 8 }; // of lamps within lamps
 
@@ -19,13 +20,10 @@ struct file_walk {
 static enum status add_scene(struct file_walk *walk, const char *path, struct error *error);
 
 static enum status add_file(struct file_walk *walk, const char *path, struct error *error) {
-    uint8_t *bytes;
-    size_t length;
-    enum status status = file_read(path, &bytes, &length, error);
+    struct stat info;
+    enum status status = kept_hash_file(&walk->files->hash, path, error);
     if (status) return status;
-    for (size_t i = 0; i < length; i++) walk->files->hash = (walk->files->hash ^ bytes[i]) * 0x100000001b3ull;
-    walk->files->bytes += length;
-    free(bytes);
+    if (!stat(path, &info)) walk->files->bytes += (size_t)info.st_size;
     const char *dot = strrchr(path, '.');
     return dot && !strcmp(dot, ".xml") ? add_scene(walk, path, error) : STATUS_OK;
 }
@@ -57,7 +55,7 @@ static enum status add_scene(struct file_walk *walk, const char *path, struct er
 
 enum status scene_files_measure(struct scene_files *files, const char *path, const struct definition *definitions,
                                 size_t definition_count, struct error *error) {
-    *files = (struct scene_files){.hash = 0xcbf29ce484222325ull};
+    *files = (struct scene_files){.hash = KEPT_HASH};
     struct file_walk walk = {files, definitions, definition_count, 0};
     return add_file(&walk, path, error);
 }

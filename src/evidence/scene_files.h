@@ -8,7 +8,7 @@
 #include <stdint.h>
 
 struct scene_files {
-    uint64_t hash; // FNV-1a over all bytes
+    uint64_t hash; // of all bytes, see kept.h
     size_t bytes;
 };
 
