@@ -29,7 +29,7 @@ static const struct {
              [BAKE_SIZE_DEFAULT] = {15, false, 16000, 13},
              [BAKE_SIZE_LARGE] = {18, false, 40000, 16}};
 
-static struct bake_plan plan_work(const struct bake_options *options) {
+struct bake_plan bake_plan_work(const struct bake_options *options) {
     struct bake_plan plan = plans[options->quality];
     if (options->seconds > 0) {
         plan = plans[options->seconds < 80 ? BAKE_DRAFT : options->seconds < 600 ? BAKE_STANDARD : BAKE_HIGH];
@@ -105,6 +105,7 @@ static enum status start_training(struct bake_job *job, struct error *error) {
     }
     if (status != STATUS_OK) return status;
     job->checkpoint.recipe.packed = job->plan.packed;
+    job->checkpoint.recipe.loss = job->plan.loss;
     if (resumed && job->options->seconds > 0) job->deadline_s -= job->checkpoint.seconds;
     job->start_s -= job->checkpoint.seconds;
     status = light_training_create(&job->light, &job->lamp, &job->survey, job->guide, &job->checkpoint.recipe,
@@ -146,7 +147,7 @@ static enum status bake_scene(struct bake_job *job, struct bake_report *report, 
 
 enum status bake_lamp(const struct bake_options *options, const struct run *run, struct bake_report *report,
                       struct error *error) {
-    struct bake_plan plan = plan_work(options);
+    struct bake_plan plan = bake_plan_work(options);
     return bake_lamp_plan(options, &plan, run, report, error);
 }
 

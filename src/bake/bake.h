@@ -35,6 +35,7 @@ struct bake_report {
     size_t anchor_count;
     float clear_share; // of the flux on lines that pass an emitter
     size_t steps, traced; // optimiser steps; particles and camera lines traced
+    float scale[3]; // what the light field was multiplied with in the end, to have the lamp's flux
     size_t bytes; // of the file
     double seconds; // wall time of the bake, over all its runs
     struct evaluation evaluation;

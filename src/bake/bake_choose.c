@@ -30,10 +30,12 @@ bool bake_camera_sees_all(const struct scene *scene) {
 
 enum status bake_choose(struct bake_job *job, struct light_recipe *recipe, struct error *error) {
     const bool camera = bake_camera_sees_all(&job->scene), clear = job->survey.clear_share > clear_limit;
-    struct light_recipe best = {.data = camera ? DATA_BOTH : DATA_PARTICLES,
+    const enum data_source untried = camera ? DATA_BOTH : DATA_PARTICLES;
+    struct light_recipe best = {.data = job->plan.camera_only ? DATA_CAMERA : untried,
                                 .encoding = ENCODING_CHOICES - 1,
                                 .log2_entries = job->plan.log2_entries,
                                 .packed = job->plan.packed,
+                                .loss = job->plan.loss,
                                 .chunks = job->plan.trial_chunks};
     if (job->plan.trial_chunks > 0) {
         double start = clock_wall_s(), best_score = (double)INFINITY, score;

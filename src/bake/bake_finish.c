@@ -16,10 +16,9 @@ static const size_t least_lines = 2000000; // that the sampling density is built
 static const char *const quality_names[] = {"draft", "standard", "high"};
 
 // Fills `exits` with lines as the field shows them.
-static enum status scale_light(struct bake_job *job, struct exit_list *exits, struct error *error) {
+static enum status scale_light(struct bake_job *job, struct exit_list *exits, float scale[3], struct error *error) {
     const size_t lines = job->survey.exits.emitted > least_lines ? job->survey.exits.emitted : least_lines;
     double flux[3], noise[3];
-    float scale[3];
     enum status status = light_field_finish(job->light.field, error);
     if (status != STATUS_OK) return status;
     status = light_field_exits(job->light.field, &job->lamp, job->guide, lines, exits, flux, noise, error);
@@ -178,10 +177,12 @@ enum status bake_finish(struct bake_job *job, struct bake_report *report, struct
         .clear_share = job->survey.clear_share,
         .steps = job->checkpoint.light_chunks * CHUNK_STEPS,
         .traced = job->light.traced + job->survey.exits.emitted,
+        .scale = {1, 1, 1},
     };
     struct luminaire *luminaire = NULL;
     struct exit_list exits = {0};
-    enum status status = job->paper ? STATUS_OK : scale_light(job, &exits, error); // the published are not scaled
+    enum status status =
+        job->paper ? STATUS_OK : scale_light(job, &exits, report->scale, error); // the published are not scaled
     run_progress(job->run, "finishing", 0.4, clock_wall_s() - start, NULL);
     if (status == STATUS_OK) status = assemble(job, &exits, report, &luminaire, error);
     exit_list_fini(&exits);

@@ -15,6 +15,8 @@ struct bake_plan { // how much work each stage does
     bool packed; // tables in 4 bits a number
     struct evaluation_effort evaluation;
     struct view_plan view; // chunks 0: no hull
+    bool camera_only; // camera lines alone, without a trial; not with checkpoints
+    enum light_loss loss;
 };
 
 struct bake_job {
@@ -40,7 +42,9 @@ struct bake_job {
     uint64_t identity; // of the lamp
 };
 
-// bake_lamp with a plan of one's own (the tests' is small).
+// What bake_lamp does with these options.
+struct bake_plan bake_plan_work(const struct bake_options *options);
+// bake_lamp with a plan of one's own (the tests' is small, the ablations' differ in one thing).
 enum status bake_lamp_plan(const struct bake_options *options, const struct bake_plan *plan, const struct run *run,
                            struct bake_report *report, struct error *error);
 

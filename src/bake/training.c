@@ -36,6 +36,7 @@ static enum status create_field(struct light_training *training, struct error *e
         .radiance_unit = training->radiance_unit,
         .log2_entries = training->recipe.log2_entries,
         .packed = training->recipe.packed,
+        .loss = training->recipe.loss,
         .steps = training->recipe.chunks * CHUNK_STEPS,
         .seed = training->lamp->seed,
     };

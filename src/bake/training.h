@@ -23,6 +23,7 @@ struct light_recipe {
     int encoding; // index in encoding_choices
     int log2_entries;
     bool packed; // the finished tables
+    enum light_loss loss;
     size_t chunks; // planned
 };
 

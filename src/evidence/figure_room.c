@@ -18,7 +18,7 @@ static const struct room_comparison living_room = {.room = "living_room",
                                                    .lamp = "vintage_lamp",
                                                    .width = 480,
                                                    .height = 360,
-                                                   .crops = {{0.1f, 0.6f, 0.25f}, {0.6f, 0.6f, 0.25f}}};
+                                                   .crops = {{0.4f, 0.55f, 0.3f}, {0.6f, 0.4f, 0.3f}}};
 const struct figure figure_living_room = {
     "10", "Figure 10: living room, vintage crystal", CAPTION, 300, make_room, &living_room};
 
@@ -27,7 +27,7 @@ static const struct room_comparison bedroom = {.room = "bedroom",
                                                .lamp = "feather_lamp",
                                                .width = 480,
                                                .height = 360,
-                                               .crops = {{0.1f, 0.6f, 0.25f}, {0.6f, 0.6f, 0.25f}}};
+                                               .crops = {{0.3f, 0.5f, 0.3f}, {0.42f, 0.15f, 0.3f}}};
 const struct figure figure_bedroom = {"11", "Figure 11: bedroom, white feather", CAPTION, 300, make_room, &bedroom};
 
 static const struct room_comparison elevator_room = {.room = "elevator_room",
@@ -35,7 +35,7 @@ static const struct room_comparison elevator_room = {.room = "elevator_room",
                                                      .lamp = "statler_lamp",
                                                      .width = 480,
                                                      .height = 360,
-                                                     .crops = {{0.1f, 0.6f, 0.25f}, {0.6f, 0.6f, 0.25f}}};
+                                                     .crops = {{0.3f, 0.4f, 0.3f}, {0.2f, 0.55f, 0.3f}}};
 const struct figure figure_elevator_room = {
     "12", "Figure 12: elevator lobby, Statler", CAPTION, 300, make_room, &elevator_room};
 
@@ -43,7 +43,7 @@ static const struct room_comparison diffuse_box = {.room = "diffuse_box",
                                                    .lamp = "blossom_lamp",
                                                    .width = 360,
                                                    .height = 360,
-                                                   .crops = {{0.05f, 0.1f, 0.25f}, {0.6f, 0.65f, 0.25f}}};
+                                                   .crops = {{0.2f, 0.3f, 0.3f}, {0.5f, 0.72f, 0.28f}}};
 const struct figure figure_diffuse_box = {
     "13", "Figure 13: diffuse box, cherry blossom", CAPTION, 300, make_room, &diffuse_box};
 
@@ -51,7 +51,7 @@ static const struct room_comparison specular_box = {.room = "specular_box",
                                                     .lamp = "blossom_lamp",
                                                     .width = 360,
                                                     .height = 360,
-                                                    .crops = {{0.1f, 0.65f, 0.25f}, {0.6f, 0.6f, 0.25f}}};
+                                                    .crops = {{0.22f, 0.55f, 0.3f}, {0.7f, 0.3f, 0.3f}}};
 const struct figure figure_specular_box = {
     "14", "Figure 14: specular box, cherry blossom", CAPTION, 300, make_room, &specular_box};
 
@@ -60,7 +60,7 @@ static const struct room_comparison equal_time = {.room = "demo_room",
                                                   .width = 480,
                                                   .height = 360,
                                                   .path_too = true,
-                                                  .crops = {{0.1f, 0.6f, 0.25f}, {0.6f, 0.6f, 0.25f}}};
+                                                  .crops = {{0.33f, 0.55f, 0.3f}, {0.7f, 0.22f, 0.3f}}};
 const struct figure figure_equal_time = {
     "16", "Figure 16: equal time, the demonstration room", CAPTION, 330, make_room, &equal_time};
 
@@ -69,13 +69,13 @@ static const struct room_comparison loft = {.room = "loft_apartment",
                                             .lamp = "star_lamp",
                                             .width = 480,
                                             .height = 360,
-                                            .crops = {{0.1f, 0.6f, 0.25f}, {0.6f, 0.6f, 0.25f}}};
+                                            .crops = {{0.45f, 0.5f, 0.3f}, {0.68f, 0.2f, 0.3f}}};
 const struct figure figure_loft = {"17", "Figure 17: loft apartment, Moravian star", CAPTION, 300, make_room, &loft};
 
 static const struct room_comparison crystal_room = {.room = "crystal_room",
                                                     .lamp = "crystal_lamp",
                                                     .width = 480,
                                                     .height = 360,
-                                                    .crops = {{0.1f, 0.6f, 0.25f}, {0.6f, 0.6f, 0.25f}}};
+                                                    .crops = {{0.4f, 0.55f, 0.3f}, {0.62f, 0.68f, 0.3f}}};
 const struct figure figure_crystal_room = {
     "18", "Figure 18: crystal lamp over a polished floor", CAPTION, 300, make_room, &crystal_room};

@@ -102,8 +102,9 @@ static enum status show_point(struct figure_kit *kit, const struct studied_lamp 
 // Whether the paper's file was baked from the lamp of this name.
 static bool is_baked_from(const struct luminaire *paper, const char *lamp) {
     const char *source = paper ? luminaire_metadata(paper, "bake.source") : NULL;
-    const char *file = source ? strrchr(source, '/') : NULL;
-    return file && !strncmp(file + 1, lamp, strlen(lamp)) && !strcmp(file + 1 + strlen(lamp), ".xml");
+    if (!source) return false;
+    const char *slash = strrchr(source, '/'), *file = slash ? slash + 1 : source;
+    return !strncmp(file, lamp, strlen(lamp)) && !strcmp(file + strlen(lamp), ".xml");
 }
 
 static enum status make_sampling(struct figure_kit *kit, const struct figure *figure, struct sheet *sheet,

@@ -15,7 +15,11 @@
     X(near_far)                                                                                                        \
     X(equal_time)                                                                                                      \
     X(loft)                                                                                                            \
-    X(crystal_room)
+    X(crystal_room)                                                                                                    \
+    X(ablation_sampling)                                                                                               \
+    X(ablation_samples)                                                                                                \
+    X(ablation_loss)                                                                                                   \
+    X(ablation_size)
 
 #define FIGURE_DECLARE(NAME) extern const struct figure figure_##NAME;
 FIGURE_TABLE(FIGURE_DECLARE)

@@ -47,6 +47,15 @@ struct line_exit {
     float flux[3];
 };
 
+// What the training of a light field minimises.
+enum light_loss {
+    LIGHT_LOSS_LIKELIHOOD, // the above: unbiased by noise
+    // (log(1 + L_hat) - log(1 + y))^2 of every traced line, as Zhu et al. 2021, for comparison. Lines of mass 0 teach
+    // nothing then, and noise of y makes the lamp too dark.
+    LIGHT_LOSS_LOGARITHM,
+    LIGHT_LOSSES
+};
+
 struct light_field_options {
     struct proxy proxy;
     const float (*anchors)[3]; // centres of emission clusters
@@ -60,6 +69,7 @@ struct light_field_options {
     bool packed; // the finished tables take 4 bits a number instead of 8
     size_t steps; // planned optimiser steps (for the learning-rate schedule)
     uint64_t seed;
+    enum light_loss loss;
 };
 
 struct light_field;

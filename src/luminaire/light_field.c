@@ -46,6 +46,7 @@ enum status light_field_create(struct light_field **field, const struct light_fi
         status = field_net_create(&f->net, options->proxy.center, options->proxy.radius, encoding, &rates,
                                   options->seed, error);
         f->net.packed = options->packed;
+        f->loss = options->loss;
     }
     free(encoding);
     if (status)
@@ -63,6 +64,7 @@ void light_field_destroy(struct light_field *field) {
 struct job {
     const struct field_net *net;
     const struct line_sample *samples;
+    enum light_loss loss;
 };
 
 static void job_encode(const void *user, size_t first, int count, struct grid_input *input) {
@@ -78,31 +80,56 @@ static void job_encode(const void *user, size_t first, int count, struct grid_in
     encoding_encode(&job->net->encoding, &lines, input);
 }
 
-static double light_loss(const void *user, size_t first, int count, const float *z, float *d_z) {
-    const struct job *job = user;
-    _Alignas(64) float radiance[FIELD_OUTPUTS * NET_LANES];
-    for (int i = 0; i < FIELD_OUTPUTS * NET_LANES; i++) radiance[i] = clamp_log(z[i]);
-    kernel_best()->exponential(radiance, FIELD_OUTPUTS * NET_LANES);
+// Both losses have this form: of `count` lines with L [FIELD_OUTPUTS][NET_LANES] in radiance units.
+static double likelihood_loss(const struct line_sample *samples, int count, const float *z, const float *radiance,
+                              float *d_z) {
     double loss = 0;
     for (int c = 0; c < FIELD_OUTPUTS; c++)
-        for (int l = 0; l < NET_LANES; l++) {
-            int i = c * NET_LANES + l;
-            if (l >= count) {
-                d_z[i] = 0;
-                continue;
-            }
-            const struct line_sample *sample = &job->samples[first + (size_t)l];
+        for (int l = 0; l < count; l++) {
+            const int i = c * NET_LANES + l;
+            const struct line_sample *sample = &samples[l];
             float gradient = sample->mass * radiance[i] - sample->target[c];
             d_z[i] = gradient * radiance[i] / (radiance[i] + dim);
-            if ((z[i] > z_max && gradient < 0) || (z[i] < z_min && gradient > 0)) d_z[i] = 0;
             loss += (double)(sample->mass * radiance[i] - sample->target[c] * z[i]);
         }
     return loss;
 }
 
+static double logarithm_loss(const struct line_sample *samples, int count, const float *z, const float *radiance,
+                             float *d_z) {
+    (void)z;
+    double loss = 0;
+    for (int c = 0; c < FIELD_OUTPUTS; c++)
+        for (int l = 0; l < count; l++) {
+            const int i = c * NET_LANES + l;
+            const struct line_sample *sample = &samples[l];
+            d_z[i] = 0;
+            if (!(sample->mass > 0)) continue;
+            float difference = log1pf(radiance[i]) - log1pf(sample->target[c] / sample->mass);
+            d_z[i] = sample->mass * 2 * difference * radiance[i] / (1 + radiance[i]);
+            loss += (double)(sample->mass * difference * difference);
+        }
+    return loss;
+}
+
+static double (*const losses[LIGHT_LOSSES])(const struct line_sample *samples, int count, const float *z,
+                                            const float *radiance, float *d_z) = {
+    [LIGHT_LOSS_LIKELIHOOD] = likelihood_loss, [LIGHT_LOSS_LOGARITHM] = logarithm_loss};
+
+static double light_loss(const void *user, size_t first, int count, const float *z, float *d_z) {
+    const struct job *job = user;
+    _Alignas(64) float radiance[FIELD_OUTPUTS * NET_LANES];
+    for (int i = 0; i < FIELD_OUTPUTS * NET_LANES; i++) radiance[i] = clamp_log(z[i]), d_z[i] = 0;
+    kernel_best()->exponential(radiance, FIELD_OUTPUTS * NET_LANES);
+    double loss = losses[job->loss](job->samples + first, count, z, radiance, d_z);
+    for (int i = 0; i < FIELD_OUTPUTS * NET_LANES; i++) // d_z has the gradient's sign
+        if ((z[i] > z_max && d_z[i] < 0) || (z[i] < z_min && d_z[i] > 0)) d_z[i] = 0;
+    return loss;
+}
+
 void light_field_train(struct light_field *field, const struct line_sample *samples, size_t n, int threads,
                        double *loss) {
-    struct job job = {&field->net, samples};
+    struct job job = {&field->net, samples, field->loss};
     double sum = trainer_step(field->net.trainer, &(struct trainer_batch){n, &job, job_encode, light_loss}, threads);
     if (loss) *loss = sum;
 }

@@ -7,6 +7,7 @@
 struct light_field {
     struct field_net net;
     float radiance_unit, scale[3];
+    enum light_loss loss;
 };
 
 struct hull_tree;

@@ -86,7 +86,7 @@ class Figures(unittest.TestCase):
         return json.loads(result.stdout) if code == 0 and "--json" in arguments else result
 
     def test_figures(self):
-        names = ["4", "6", "8", "13", "15", "16"]
+        names = ["4", "6", "8", "13", "15", "16", "ablation_sampling"]
         result = self.figures("-o", "out/figures", "--only", ",".join(names), "--json")
         figures = {figure["figure"]: figure for figure in result["figures"]}
         self.assertEqual(sorted(figures), sorted(names))
@@ -126,6 +126,13 @@ class Figures(unittest.TestCase):
             self.assertLess(row["exact_image"], row["uniform"])
             for ours, theirs in (("ours", "sample_variance"), ("uniform", "sample_variance_uniform")):
                 self.assertTrue(0.4 < row[ours] / measured[theirs] < 2.5, (ours, row[ours], measured[theirs]))
+
+        # Smaller pixels sample better and leave less bias.
+        rows = figures["ablation_sampling"]["content"][0]["rows"][:3]
+        self.assertEqual([row["name"][-2:] for row in rows], ["x8", "16", "32"])
+        for coarse, fine in zip(rows, rows[1:]):
+            self.assertGreater(coarse["variance"], fine["variance"])
+            self.assertGreater(coarse["glossy_bias"], fine["glossy_bias"])
 
         # Nothing is made twice.
         before = {path: path.stat().st_mtime_ns for path in (self.path / "out/figures").rglob("*") if path.suffix != ".html"}

@@ -192,13 +192,58 @@ static void test_grid4_alone(void **state) {
           0.05);
 }
 
+// A lamp of radiance 1 everywhere, traced so noisily that a line in ten brings 10 and the others nothing. The
+// likelihood finds 1; of the logarithm's squares the minimum is at log(1 + L) = log(11) / 10.
+static double constant_learned(enum light_loss loss) {
+    struct lamp lamp = lamp_frosted();
+    const struct light_field_options options = {.proxy = lamp.proxy,
+                                                .use_grid4 = true,
+                                                .radiance_unit = 1,
+                                                .log2_entries = 10,
+                                                .steps = 300,
+                                                .seed = 1,
+                                                .loss = loss};
+    struct light_field *field;
+    struct error error;
+    assert_int_equal(light_field_create(&field, &options, &error), STATUS_OK);
+    static struct line_sample samples[BATCH];
+    static float point[BATCH][3], w[BATCH][3], radiance[BATCH][3];
+    for (size_t step = 0; step < options.steps; step++) {
+        for (size_t i = 0; i < BATCH; i++) {
+            struct sampler s = sampler_make(3, step, i);
+            vec3 p, d;
+            lamp_line(&lamp, &s, &p, &d);
+            store(samples[i].point, p);
+            store(samples[i].w, d);
+            store(point[i], p);
+            store(w[i], d);
+            const float y = sampler_1d(&s) < 0.1f ? 10 : 0;
+            samples[i].mass = 1.0f / BATCH;
+            for (int c = 0; c < 3; c++) samples[i].target[c] = y / BATCH;
+        }
+        light_field_train(field, samples, BATCH, 1, NULL);
+    }
+    double sum = 0, lit = 0; // lines beside the proxy are dark
+    light_field_eval(field, BATCH, (const float(*)[3])point, (const float(*)[3])w, radiance);
+    for (size_t i = 0; i < BATCH; i++) sum += (double)radiance[i][1], lit += radiance[i][1] > 0;
+    light_field_destroy(field);
+    return sum / lit;
+}
+
+static void test_losses_under_noise(void **state) {
+    (void)state;
+    const double likelihood = constant_learned(LIGHT_LOSS_LIKELIHOOD),
+                 logarithm = constant_learned(LIGHT_LOSS_LOGARITHM);
+    printf("constant 1 under noise: %.3f by likelihood, %.3f by the logarithm\n", likelihood, logarithm);
+    assert_true(fabs(likelihood - 1) < 0.05);
+    assert_true(fabs(logarithm - expm1(0.1 * log(11))) < 0.05);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_clear_from_camera_lines),
-        cmocka_unit_test(test_clear_from_particles),
-        cmocka_unit_test(test_frosted_from_camera_lines),
-        cmocka_unit_test(test_frosted_from_particles),
-        cmocka_unit_test(test_grid4_alone),
+        cmocka_unit_test(test_clear_from_camera_lines),   cmocka_unit_test(test_clear_from_particles),
+        cmocka_unit_test(test_frosted_from_camera_lines), cmocka_unit_test(test_frosted_from_particles),
+        cmocka_unit_test(test_losses_under_noise),        cmocka_unit_test(test_grid4_alone),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
