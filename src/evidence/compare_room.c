@@ -130,7 +130,9 @@ enum status compare_room(struct figure_kit *kit, const struct room_comparison *r
         [PATH] = {.name = "geometry, path", .file = "path", .integrator = "path"}};
     const int count = compare_room_steps(room) - 1;
     struct kept_render reference = {0};
-    enum status status = compare_room_reference(kit, room, &reference, error);
+    char baked[PATH_MAX];
+    enum status status = figure_baked(baked, kit, room->lamp, error);
+    if (!status) status = compare_room_reference(kit, room, &reference, error);
     for (int i = 0; i < count && !status; i++)
         status = render_one(kit, room, &contenders[i], ROOM_EQUAL_S, &contenders[i].render, error);
     if (!status) status = show(room, &reference, contenders, count, sheet, error);

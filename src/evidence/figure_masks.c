@@ -37,10 +37,10 @@ static enum status show_crop(struct sheet *sheet, const struct image *image, flo
     return status;
 }
 
-static enum status render_ways(struct figure_kit *kit, struct kept_render *renders, struct error *error) {
-    char scene[PATH_MAX], lamp[PATH_MAX];
+static enum status render_ways(struct figure_kit *kit, const char *lamp, struct kept_render *renders,
+                               struct error *error) {
+    char scene[PATH_MAX];
     evidence_room(scene, &kit->data, room.room);
-    evidence_baked(lamp, &kit->data, room.lamp);
     enum status status = STATUS_OK;
     for (int i = 0; i < WAY_COUNT && !status; i++) {
         const struct render_request request = {.name = WAYS[i].file,
@@ -99,8 +99,10 @@ static enum status make_masks(struct figure_kit *kit, const struct figure *figur
     (void)figure;
     struct kept_render reference = {0}, renders[WAY_COUNT] = {0};
     figure_steps(kit, 1 + WAY_COUNT);
-    enum status status = compare_room_reference(kit, &room, &reference, error);
-    if (!status) status = render_ways(kit, renders, error);
+    char lamp[PATH_MAX];
+    enum status status = figure_baked(lamp, kit, room.lamp, error);
+    if (!status) status = compare_room_reference(kit, &room, &reference, error);
+    if (!status) status = render_ways(kit, lamp, renders, error);
     if (!status) status = show(&reference, renders, sheet, error);
     for (int i = 0; i < WAY_COUNT; i++) kept_render_fini(&renders[i]);
     kept_render_fini(&reference);

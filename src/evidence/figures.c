@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "base/file.h"
 #include "evidence/figure_table.h"
@@ -53,6 +54,12 @@ int figure_side(const struct figure_kit *kit, int pixels) {
     return (int)fmax(16, round(pixels * sqrt(fmin(kit->scale, 1))));
 }
 int figure_count(const struct figure_kit *kit, int count) { return (int)fmax(1, round(count * kit->scale)); }
+
+enum status figure_baked(char *path, const struct figure_kit *kit, const char *lamp, struct error *error) {
+    evidence_baked(path, &kit->data, lamp);
+    if (!access(path, R_OK)) return STATUS_OK;
+    return error_set(error, STATUS_IO, "%s is missing; lamps/bake_all.sh of the sources bakes it", path);
+}
 
 int figure_lamps(const struct figure_kit *kit, char names[FIGURE_LAMPS][FIGURE_NAME]) {
     char pattern[PATH_MAX];
