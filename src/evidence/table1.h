@@ -11,8 +11,8 @@ struct table1_options {
     const char *only; // names with commas between them; NULL: all
 };
 
-// *json and *markdown are malloc'ed: the table of the rows that are finished, also on STATUS_CANCELLED (NULL where there
-// are none, and on other errors). The same is in the folder as table1.json, table1.md and table1.html, renewed after every row. Renderings are
-// kept there and used again (evidence/long_render.h).
+// *json and *markdown are malloc'ed: the table of the rows that are finished, also on STATUS_CANCELLED (NULL where
+// there are none, and on other errors). The same is in the folder as table1.json, table1.md and table1.html, renewed
+// after every row. Renderings are kept there and used again (evidence/long_render.h).
 enum status table1_make(const struct table1_options *options, const struct run *run, char **json, char **markdown,
                         struct error *error);

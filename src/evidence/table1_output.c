@@ -30,6 +30,8 @@ const struct table1_column table1_columns[] = {
     {FIELD(fixed_relmse), 1, "like the paper, relMSE", "%.3g", 1},
     {FIELD(fixed_flip), 1, "like the paper, FLIP", "%.3f", 1},
     {FIELD(fixed_speedup), 1, "like the paper, x faster", "%.1f", 1},
+    {FIELD(bias_spp), 1, NULL, NULL, 1},
+    {FIELD(bias_cpu_s), 1, NULL, NULL, 1},
     {FIELD(bias), 1, "bias (noise-free relMSE)", "%.2g", 1},
     {FIELD(bias_error), 1, "bias, standard error", "%.1g", 1},
     {FIELD(bias_share), 1, "bias / bdpt relMSE, %", "%.0f", 100},

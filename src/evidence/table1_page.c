@@ -30,11 +30,15 @@ static enum status picture_load(struct image *image, const struct table1_kit *ki
 }
 
 static enum status pictures_load(struct row_pictures *pictures, const struct table1_kit *kit,
-                                 const struct table1_entry *entry, struct error *error) {
+                                 const struct table1_row *row, struct error *error) {
+    const struct table1_entry *entry = row->entry;
+    char name[TABLE1_NAME], file[TABLE1_NAME + 8];
+    table1_equal_name(name, row->ours_spp);
+    snprintf(file, sizeof file, "%s.exr", name);
     enum status status = picture_load(&pictures->image[0], kit, entry, "reference_1.exr", error);
     if (!status) status = picture_load(&pictures->twin, kit, entry, "reference_2.exr", error);
     if (!status) status = picture_load(&pictures->image[1], kit, entry, "bdpt.exr", error);
-    if (!status) status = picture_load(&pictures->image[2], kit, entry, "ours.exr", error);
+    if (!status) status = picture_load(&pictures->image[2], kit, entry, file, error);
     if (!status) status = picture_load(&pictures->mask, kit, entry, "mask.exr", error);
     if (status) return status;
     struct image *mean = &pictures->image[0];
@@ -126,7 +130,7 @@ static enum status add_row(struct page *page, const struct table1_kit *kit, cons
     page_heading(page, text);
     table1_limits(row, text, sizeof text);
     page_paragraph(page, text);
-    enum status status = pictures_load(&pictures, kit, row->entry, error);
+    enum status status = pictures_load(&pictures, kit, row, error);
     if (!status) status = add_pictures(page, row, &pictures, error);
     pictures_fini(&pictures);
     return status;

@@ -22,7 +22,7 @@ const struct table1_entry table1_entries[TABLE1_ROWS] = {
     {"vintage", "Vintage crystal", "living room", "vintage_lamp", "living_room", 640, 15.18},
 };
 
-enum { HEIGHT = 480, BDPT_SAMPLES = 1024, HALF_SAMPLES = 64, MAX_STEPS = 12 };
+enum { HEIGHT = 480, BDPT_SAMPLES = 1024, HALF_SAMPLES = 256, FIXED_SAMPLES = 128, MAX_STEPS = 10 };
 static const double APL_BYTES = 384e6; // Zhu et al. 2021, Table 1
 static const double OUR_WORK = 0.35; // of a sample of ours; one of bdpt: 1
 
@@ -30,8 +30,9 @@ struct row_job {
     struct table1_kit *kit;
     const struct table1_entry *entry;
     struct table1_row *row;
-    int width, height, bdpt_samples, half_samples;
+    int width, height, bdpt_samples, half_samples, fixed_samples;
     struct long_render_result ours[2], bdpt, reference[2], equal;
+    double our_noise, our_cpu_s; // of one sample a pixel
     struct image mask, reference_mean;
     struct error_parts parts;
 };
@@ -48,16 +49,22 @@ static struct row_job row_job(struct table1_kit *kit, const struct table1_entry 
                             .width = scaled(kit, entry->width, 16),
                             .height = scaled(kit, HEIGHT, 16),
                             .bdpt_samples = scaled(kit, BDPT_SAMPLES, 2),
-                            .half_samples = scaled(kit, HALF_SAMPLES, 1)};
+                            .half_samples = scaled(kit, HALF_SAMPLES, 2),
+                            .fixed_samples = scaled(kit, FIXED_SAMPLES, 1)};
 }
 
 double table1_work(const struct table1_kit *kit, const struct table1_entry *entry) {
     struct row_job job = row_job((struct table1_kit *)(uintptr_t)kit, entry, NULL);
-    return (double)job.width * job.height * (3 * job.bdpt_samples + 4 * OUR_WORK * job.half_samples);
+    return (double)job.width * job.height *
+           (3 * job.bdpt_samples + OUR_WORK * (2 * job.half_samples + 2 * job.fixed_samples));
 }
 
 void table1_path(char *path, const struct table1_kit *kit, const struct table1_entry *entry, const char *what) {
     snprintf(path, PATH_MAX, "%s/%s/%s", kit->folder, entry->name, what);
+}
+
+void table1_equal_name(char name[TABLE1_NAME], double samples) {
+    snprintf(name, TABLE1_NAME, "ours_%.0f_spp", samples);
 }
 
 // --- Renderings, and the progress of all of them as one. ---
@@ -125,7 +132,7 @@ static enum status render(struct row_job *job, const struct rendering *r, double
 
 // --- Errors. ---
 static enum status measure_picture(const struct row_job *job, const struct image *image, bool whole, double *relmse,
-                                   double *flip, double mean_error[3], struct error *error) {
+                                   double *flip, struct error *error) {
     struct metrics metrics;
     enum status status = metrics_compute(&metrics, image, &job->reference_mean, whole ? NULL : &job->mask,
                                          image_auto_exposure(&job->reference_mean), error);
@@ -137,7 +144,6 @@ static enum status measure_picture(const struct row_job *job, const struct image
     }
     *relmse = metrics.rel_mse - noise;
     if (flip) *flip = metrics.flip;
-    for (int c = 0; mean_error && c < 3; c++) mean_error[c] = metrics.mean_ratio[c] - 1;
     return STATUS_OK;
 }
 
@@ -182,55 +188,78 @@ static enum status measure_bdpt(struct row_job *job, struct error *error) {
     row->reference_noise = job->parts.reference_noise;
     row->bdpt_spp = job->bdpt_samples;
     row->bdpt_cpu_s = job->bdpt.cpu_s;
-    enum status status = measure_picture(job, &job->bdpt.image, false, &row->bdpt_relmse, &row->bdpt_flip, NULL, error);
-    return status ? status : measure_picture(job, &job->bdpt.image, true, &row->bdpt_relmse_whole, NULL, NULL, error);
+    enum status status = measure_picture(job, &job->bdpt.image, false, &row->bdpt_relmse, &row->bdpt_flip, error);
+    return status ? status : measure_picture(job, &job->bdpt.image, true, &row->bdpt_relmse_whole, NULL, error);
+}
+
+static void measure_means(struct row_job *job) {
+    double ours[3] = {0}, reference[3] = {0};
+    for (size_t i = 0; i < (size_t)job->width * (size_t)job->height; i++) {
+        if (!(job->mask.pixels[i * (size_t)job->mask.channels] > 0.5f)) continue;
+        for (size_t c = 0; c < 3; c++) {
+            for (int half = 0; half < 2; half++)
+                ours[c] += 0.5 * (double)job->ours[half].image.pixels[i * (size_t)job->ours[half].image.channels + c];
+            reference[c] += (double)job->reference_mean.pixels[3 * i + c];
+        }
+    }
+    for (int c = 0; c < 3; c++) job->row->mean_error[c] = ours[c] / reference[c] - 1;
+}
+
+static void measure_bias(struct row_job *job) {
+    struct table1_row *row = job->row;
+    row->bias_spp = 2 * job->half_samples;
+    row->bias_cpu_s = job->ours[0].cpu_s + job->ours[1].cpu_s;
+    job->our_noise = job->parts.noise * row->bias_spp;
+    job->our_cpu_s = row->bias_cpu_s / row->bias_spp;
+    row->bias = job->parts.bias;
+    row->bias_error = job->parts.bias_error;
+    row->bias_share = fmax(row->bias, 0) / row->bdpt_relmse;
+    row->noise_ratio = row->bdpt_relmse * row->bdpt_spp / job->our_noise;
+    row->sample_cost_ratio = row->bdpt_cpu_s / row->bdpt_spp / job->our_cpu_s;
+    row->unbiased_speedup = row->noise_ratio * row->sample_cost_ratio;
 }
 
 static enum status measure_fixed(struct row_job *job, struct error *error) {
     struct table1_row *row = job->row;
-    struct image mean = {0};
-    enum status status = mean_image(&mean, &job->ours[0].image, &job->ours[1].image, error);
-    if (!status)
-        status = measure_picture(job, &mean, false, &row->fixed_relmse, &row->fixed_flip, row->mean_error, error);
-    image_fini(&mean);
-    row->fixed_spp = 2 * job->half_samples;
-    row->fixed_cpu_s = job->ours[0].cpu_s + job->ours[1].cpu_s;
+    struct long_render_result fixed = {0};
+    enum status status = render(job, &(struct rendering){"ours_as_paper", true, 4, job->fixed_samples, NULL},
+                                OUR_WORK * job->width * job->height * job->fixed_samples, &fixed, error);
+    if (!status) status = measure_picture(job, &fixed.image, false, &row->fixed_relmse, &row->fixed_flip, error);
+    row->fixed_spp = job->fixed_samples;
+    row->fixed_cpu_s = fixed.cpu_s;
     row->fixed_speedup = row->bdpt_cpu_s / row->fixed_cpu_s;
-    row->bias = job->parts.bias;
-    row->bias_error = job->parts.bias_error;
-    row->bias_share = fmax(row->bias, 0) / row->bdpt_relmse;
-    row->noise_ratio = row->bdpt_relmse * row->bdpt_spp / (job->parts.noise * row->fixed_spp);
-    row->sample_cost_ratio = row->bdpt_cpu_s / row->bdpt_spp / (row->fixed_cpu_s / row->fixed_spp);
-    row->unbiased_speedup = row->noise_ratio * row->sample_cost_ratio;
+    image_fini(&fixed.image);
     return status;
 }
 
 static enum status render_equal(struct row_job *job, int samples, struct error *error) {
+    char name[TABLE1_NAME];
     image_fini(&job->equal.image);
-    enum status status = render(job, &(struct rendering){"ours", true, 3, samples, NULL}, 0, &job->equal, error);
+    table1_equal_name(name, samples);
+    enum status status = render(job, &(struct rendering){name, true, 3, samples, NULL}, 0, &job->equal, error);
     if (status) return status;
     struct table1_row *row = job->row;
     row->ours_spp = samples;
     row->ours_cpu_s = job->equal.cpu_s;
-    return measure_picture(job, &job->equal.image, false, &row->ours_relmse, &row->ours_flip, NULL, error);
+    return measure_picture(job, &job->equal.image, false, &row->ours_relmse, &row->ours_flip, error);
 }
 
-// Grows our rendering until it is as good as bdpt's, from below: the noise falls a little faster than 1 / samples.
-// Gives up where more CPU seconds than bdpt's would be needed.
+// Starts a little below the samples that the measured noise asks for; too good a picture is made once more with fewer,
+// one that is not good enough with more, each in one go, for its CPU seconds count. Gives up where more CPU seconds
+// than bdpt's would be needed.
 static enum status reach_bdpt(struct row_job *job, bool *reached, struct error *error) {
     const struct table1_row *row = job->row;
-    const double bias = fmax(row->bias, 0), target = row->bdpt_relmse;
-    const double most = row->bdpt_cpu_s * row->fixed_spp / row->fixed_cpu_s;
-    double samples = fmax(floor(0.8 * error_samples(job->parts.noise * row->fixed_spp, bias, target)), 1);
+    const double bias = fmax(row->bias, 0), target = row->bdpt_relmse, most = row->bdpt_cpu_s / job->our_cpu_s;
+    double samples = fmax(floor(0.9 * error_samples(job->our_noise, bias, target)), 1);
     *reached = false;
     for (int step = 0; step < MAX_STEPS && samples <= most; step++) {
         enum status status = render_equal(job, (int)samples, error);
         if (status) return status;
+        const double noise = fmax(row->ours_relmse - bias, 0) * samples;
+        const double enough = fmax(ceil(error_samples(noise, bias, target)), 1);
         *reached = row->ours_relmse <= target;
-        if (*reached) return STATUS_OK;
-        const double noise = fmax(row->ours_relmse - bias, 0),
-                     next = ceil(error_samples(noise * samples, bias, target));
-        samples = fmax(samples + 1, fmin(next, 2 * samples));
+        if (*reached && (step > 0 || enough > 0.9 * samples)) return STATUS_OK;
+        samples = *reached ? enough : fmax(samples + 1, fmin(enough, 2 * samples));
     }
     return STATUS_OK;
 }
@@ -240,11 +269,11 @@ static enum status measure_ours(struct row_job *job, struct error *error) {
     bool reached;
     enum status status = reach_bdpt(job, &reached, error);
     if (!status && !reached) {
-        const double even = floor(error_samples(job->parts.noise * row->fixed_spp, 0, fmax(row->bias, 0)));
-        status = render_equal(job, (int)fmin(fmax(even, 1), row->fixed_spp), error);
+        const double even = floor(error_samples(job->our_noise, 0, fmax(row->bias, 0)));
+        status = render_equal(job, (int)fmin(fmax(even, 1), row->bias_spp), error);
     }
-    job->kit->done += 2 * OUR_WORK * job->width * job->height * job->half_samples;
-    if (!status) status = measure_picture(job, &job->equal.image, true, &row->ours_relmse_whole, NULL, NULL, error);
+    job->kit->done += OUR_WORK * job->width * job->height * job->fixed_samples; // a guess of what was needed
+    if (!status) status = measure_picture(job, &job->equal.image, true, &row->ours_relmse_whole, NULL, error);
     const double share = reached ? 1 : row->bdpt_relmse / row->ours_relmse;
     row->common_bdpt_spp = row->bdpt_spp * share;
     row->common_bdpt_cpu_s = row->bdpt_cpu_s * share;
@@ -288,6 +317,10 @@ enum status table1_measure(struct table1_kit *kit, const struct table1_entry *en
     enum status status = measure_files(&job, error);
     if (!status) status = render_halves(&job, error);
     if (!status) status = measure_bdpt(&job, error);
+    if (!status) {
+        measure_bias(&job);
+        measure_means(&job);
+    }
     if (!status) status = measure_fixed(&job, error);
     if (!status) status = measure_ours(&job, error);
     for (int i = 0; i < 2; i++) {

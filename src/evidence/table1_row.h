@@ -30,6 +30,7 @@ struct table1_row {
     // What bdpt takes to the error that ours has, by error ~ 1 / samples, and the speed-up at that error.
     double common_bdpt_spp, common_bdpt_cpu_s, common_speedup;
     double fixed_spp, fixed_cpu_s, fixed_relmse, fixed_flip, fixed_speedup; // ours with the paper's 128 samples
+    double bias_spp, bias_cpu_s; // of ours, both renderings together, for these:
     double bias, bias_error; // what remains of ours without noise, and its standard error
     double bias_share; // of bdpt's error
     double unbiased_speedup; // the speed-up at equal error if there were no bias
@@ -56,5 +57,7 @@ enum status table1_measure(struct table1_kit *kit, const struct table1_entry *en
                            struct error *error);
 // What keeps the row from its target, in words and figures. At most `size` bytes.
 void table1_limits(const struct table1_row *row, char *text, size_t size);
+enum { TABLE1_NAME = 40 };
+void table1_equal_name(char name[TABLE1_NAME], double samples); // of the rendering of ours with ours_spp samples
 // FOLDER/NAME/WHAT: where a row's renderings are.
 void table1_path(char *path, const struct table1_kit *kit, const struct table1_entry *entry, const char *what);

@@ -23,7 +23,7 @@ LAMP = """<scene version="3.0.0">
 """
 NUMBERS = ("speedup target paper_speedup bdpt_spp bdpt_cpu_s bdpt_relmse bdpt_relmse_whole bdpt_flip ours_spp ours_cpu_s ours_relmse "
            "ours_relmse_whole ours_flip common_bdpt_spp common_bdpt_cpu_s common_speedup fixed_spp fixed_cpu_s fixed_relmse fixed_flip "
-           "fixed_speedup bias bias_error bias_share unbiased_speedup noise_ratio sample_cost_ratio reference_spp reference_cpu_s "
+           "fixed_speedup bias_spp bias_cpu_s bias bias_error bias_share unbiased_speedup noise_ratio sample_cost_ratio reference_spp reference_cpu_s "
            "reference_noise geometry_bytes apl_bytes file_bytes width height").split()
 
 
@@ -101,7 +101,7 @@ class Table1(unittest.TestCase):
         changed = {path for path, when in self.files("out/one").items() if before.get(path) != when}
         self.assertTrue(changed)
         for path in changed:
-            self.assertRegex(path, "star/(bdpt|reference_1|reference_2|ours).(exr|json)")
+            self.assertRegex(path, r"star/(bdpt|reference_1|reference_2|ours_\d+_spp).(exr|json)")
 
     def test_interrupted(self):
         arguments = ["--data", self.data, "--scale", "0.07", "--only", "blossom,star", "-o", "out/two", "-t", "1"]
