@@ -3,10 +3,6 @@
 
 #include "evidence/kept_render.h"
 
-struct room_crop { // fractions of the picture's width and height
-    float x, y, side; // top left corner; side of the square as a fraction of the height
-};
-
 enum { ROOM_CROPS = 2 };
 
 struct room_comparison {
@@ -21,7 +17,3 @@ struct room_comparison {
 enum status compare_room(struct figure_kit *kit, const struct room_comparison *room, struct sheet *sheet,
                          struct error *error);
 int compare_room_steps(const struct room_comparison *room);
-// The reference alone: bdpt of the geometry.
-enum status compare_room_reference(struct figure_kit *kit, const struct room_comparison *room,
-                                   struct kept_render *render, struct error *error);
-#define ROOM_EQUAL_S 30 // CPU seconds at scale 1 of all but the reference

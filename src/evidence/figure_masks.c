@@ -2,14 +2,14 @@
 // lamp's opaque parts kept as geometry.
 #include <stdio.h>
 
-#include "evidence/compare_room.h"
 #include "evidence/figure_table.h"
+#include "evidence/kept_render.h"
 #include "report/compare.h"
 #include "report/picture.h"
 
-static const struct room_comparison room = {
-    .room = "living_room", .furnished = true, .lamp = "vintage_lamp", .width = 480, .height = 360};
+enum { WIDTH = 1280, HEIGHT = 960 }; // of the whole picture at scale 1
 static const struct room_crop lamp_crop = {0.33f, 0.04f, 0.42f};
+static const double reference_s = 120, way_s = 30; // CPU seconds at scale 1
 
 static const struct sheet_column COLUMNS[] = {{"cpu_s", "CPU seconds", 1},
                                               {"samples", "samples per pixel", 0},
@@ -26,64 +26,76 @@ static const struct {
             {"RGB, opaque parts kept", "mask_kept", "opaque", LAMP_MASK_RGB}};
 enum { WAY_COUNT = sizeof WAYS / sizeof WAYS[0] };
 
-static enum status show_crop(struct sheet *sheet, const struct image *image, float gain, const char *name,
-                             const char *note, struct error *error) {
-    struct image crop = {0};
-    const int side = (int)(lamp_crop.side * (float)image->height);
-    enum status status = image_crop(&crop, image, (int)(lamp_crop.x * (float)image->width),
-                                    (int)(lamp_crop.y * (float)image->height), side, side, 1, error);
-    if (!status) status = sheet_picture(sheet, &crop, gain, name, note, error);
-    image_fini(&crop);
-    return status;
-}
-
-static enum status render_ways(struct figure_kit *kit, const char *lamp, struct kept_render *renders,
+static enum status render_lamp(struct figure_kit *kit, struct render_request request, struct kept_render *render,
                                struct error *error) {
     char scene[PATH_MAX];
-    evidence_room(scene, &kit->data, room.room);
-    enum status status = STATUS_OK;
+    evidence_room(scene, &kit->data, "living_room");
+    request.room = scene;
+    request.furnished = true;
+    request.crop = lamp_crop;
+    request.width = figure_side(kit, WIDTH);
+    request.height = figure_side(kit, HEIGHT);
+    request.cpu_seconds *= kit->scale;
+    return kept_render(kit, &request, render, error);
+}
+
+static enum status render_all(struct figure_kit *kit, struct kept_render *reference, struct kept_render *renders,
+                              struct error *error) {
+    char lamp[PATH_MAX], baked[PATH_MAX];
+    evidence_lamp(lamp, &kit->data, "vintage_lamp");
+    enum status status = figure_baked(baked, kit, "vintage_lamp", error);
+    const struct render_request request = {
+        .name = "mask_reference", .lamp = lamp, .integrator = "bdpt", .cpu_seconds = reference_s};
+    if (!status) status = render_lamp(kit, request, reference, error);
     for (int i = 0; i < WAY_COUNT && !status; i++) {
-        const struct render_request request = {.name = WAYS[i].file,
-                                               .room = scene,
-                                               .lamp = lamp,
-                                               .furnished = room.furnished,
-                                               .integrator = "path",
-                                               .appearance = "neural",
-                                               .keep = WAYS[i].keep,
-                                               .mask = WAYS[i].mask,
-                                               .cpu_seconds = ROOM_EQUAL_S * kit->scale,
-                                               .width = figure_side(kit, room.width),
-                                               .height = figure_side(kit, room.height),
-                                               .lamp_seen = true};
-        status = kept_render(kit, &request, &renders[i], error);
+        const struct render_request way = {.name = WAYS[i].file,
+                                           .lamp = baked,
+                                           .integrator = "path",
+                                           .appearance = "neural",
+                                           .keep = WAYS[i].keep,
+                                           .mask = WAYS[i].mask,
+                                           .cpu_seconds = way_s,
+                                           .lamp_seen = true};
+        status = render_lamp(kit, way, &renders[i], error);
     }
     return status;
 }
 
+static enum status show_row(struct sheet *sheet, const struct kept_render *reference, const struct kept_render *renders,
+                            const struct comparison *comparisons, float exposure, const char *what,
+                            struct error *error) {
+    sheet_row(sheet);
+    enum status status = sheet_picture(sheet, &reference->image, exposure, "reference", what, error);
+    for (int i = 0; i < WAY_COUNT && !status; i++) {
+        char note[40];
+        snprintf(note, sizeof note, "FLIP %.3f", comparisons[i].metrics.flip);
+        status = sheet_picture(sheet, &renders[i].image, exposure, WAYS[i].name, note, error);
+    }
+    return status;
+}
+
+// The room's exposure shows what is seen through the lamp, a sixteenth of it the lamp itself.
 static enum status show(const struct kept_render *reference, struct kept_render *renders, struct sheet *sheet,
                         struct error *error) {
-    const float exposure = image_auto_exposure(&reference->image);
     struct image *outside = &renders[0].outside;
     struct comparison comparisons[WAY_COUNT];
+    struct image room = {0};
     enum status status = STATUS_OK;
+    // The left edge of the picture has nothing of the lamp.
+    status = image_crop(&room, &reference->image, 0, 0, reference->image.width / 5, reference->image.height, 1, error);
+    const float exposure = status ? 1 : image_auto_exposure(&room);
+    image_fini(&room);
     for (int i = 0; i < outside->width * outside->height; i++) // here the lamp itself counts
         outside->pixels[i * outside->channels] = 1 - outside->pixels[i * outside->channels];
     for (int i = 0; i < WAY_COUNT && !status; i++)
         status = compare_images(&renders[i].image, &reference->image, outside, &comparisons[i], error);
-    sheet_row(sheet);
-    if (!status) status = show_crop(sheet, &reference->image, exposure, "reference", "bdpt of the geometry", error);
-    for (int i = 0; i < WAY_COUNT && !status; i++) {
-        char note[40];
-        snprintf(note, sizeof note, "FLIP %.3f", comparisons[i].metrics.flip);
-        status = show_crop(sheet, &renders[i].image, exposure, WAYS[i].name, note, error);
-    }
+    if (!status) status = show_row(sheet, reference, renders, comparisons, exposure, "bdpt of the geometry", error);
+    if (!status) status = show_row(sheet, reference, renders, comparisons, exposure / 16, "16 times darker", error);
     sheet_row(sheet);
     for (int i = 0; i < WAY_COUNT && !status; i++) {
         struct image difference = {0};
         status = image_difference(&difference, &renders[i].image, &reference->image, error);
-        if (!status)
-            status =
-                show_crop(sheet, &difference, DIFFERENCE_GAIN * exposure, WAYS[i].name, "difference, 16 times", error);
+        if (!status) status = sheet_picture(sheet, &difference, exposure, WAYS[i].name, "difference", error);
         image_fini(&difference);
     }
     sheet_table(sheet, COLUMNS);
@@ -99,10 +111,7 @@ static enum status make_masks(struct figure_kit *kit, const struct figure *figur
     (void)figure;
     struct kept_render reference = {0}, renders[WAY_COUNT] = {0};
     figure_steps(kit, 1 + WAY_COUNT);
-    char lamp[PATH_MAX];
-    enum status status = figure_baked(lamp, kit, room.lamp, error);
-    if (!status) status = compare_room_reference(kit, &room, &reference, error);
-    if (!status) status = render_ways(kit, lamp, renders, error);
+    enum status status = render_all(kit, &reference, renders, error);
     if (!status) status = show(&reference, renders, sheet, error);
     for (int i = 0; i < WAY_COUNT; i++) kept_render_fini(&renders[i]);
     kept_render_fini(&reference);

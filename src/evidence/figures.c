@@ -23,16 +23,13 @@ struct figure_progress {
     double start_s, all, done, cost; // of the whole run, before this figure, of this figure
     int step, steps; // the figure's steps so far, and all
     double fraction; // what was shown last: it never falls
-    const char *figure;
     char what[100];
 };
 
 static void show_progress(struct figure_progress *p, double step_fraction) {
     double in_figure = p->steps ? fmin((p->step - 1 + step_fraction) / p->steps, 1) : 0;
-    char stage[140];
     p->fraction = fmax(p->fraction, fmin((p->done + p->cost * fmax(in_figure, 0)) / p->all, 1));
-    snprintf(stage, sizeof stage, "%s", p->what);
-    run_progress(p->outer, "figures", p->fraction, clock_wall_s() - p->start_s, stage);
+    run_progress(p->outer, "figures", p->fraction, clock_wall_s() - p->start_s, p->what);
 }
 
 static void progress(void *user, const struct progress *inner) { show_progress(user, inner->fraction); }
@@ -146,7 +143,6 @@ static enum status figure_make(struct figure_kit *kit, const struct figure *figu
     struct sheet sheet;
     enum status status = sheet_init(&sheet, kit->folder, figure->name, error);
     if (status) return status;
-    kit->progress->figure = figure->name;
     kit->progress->cost = figure->cost;
     kit->progress->step = kit->progress->steps = 0;
     status = figure->make(kit, figure, &sheet, error);
@@ -163,7 +159,7 @@ static char *result_json(const struct figures_options *options, const char *page
         if (kept) json_array_append_new(list, kept);
     }
     json_t *root = json_pack("{s:s, s:o}", "page", page, "figures", list);
-    char *text = root ? json_dumps(root, JSON_REAL_PRECISION(6)) : NULL;
+    char *text = root ? json_dumps(root, 0) : NULL;
     json_decref(root);
     return text;
 }

@@ -49,9 +49,10 @@ static enum status key_make(char *key, size_t size, const struct figure_kit *kit
                             const struct definition_list *definitions, struct error *error) {
     struct scene_files files;
     enum status status = scene_files_measure(&files, r->room, definitions->entries, definitions->count, error);
-    snprintf(key, size, "%s %s keep %s size %s mask %d, %g CPU s, %dx%d, seed %llu, files %016llx", r->integrator,
-             r->appearance ? r->appearance : "", r->keep ? r->keep : "", r->size ? r->size : "", (int)r->mask,
-             r->cpu_seconds, r->width, r->height, (unsigned long long)kit->run.seed, (unsigned long long)files.hash);
+    snprintf(key, size, "%s %s keep %s size %s mask %d, %g CPU s, %dx%d, %g %g %g, seed %llu, files %016llx",
+             r->integrator, r->appearance ? r->appearance : "", r->keep ? r->keep : "", r->size ? r->size : "",
+             (int)r->mask, r->cpu_seconds, r->width, r->height, (double)r->crop.x, (double)r->crop.y,
+             (double)r->crop.side, (unsigned long long)kit->run.seed, (unsigned long long)files.hash);
     return status;
 }
 
@@ -67,6 +68,11 @@ static enum status scene_prepare(struct scene *scene, const struct figure_kit *k
     for (int i = 0; integrator_table[i]; i++)
         if (!strcmp(integrator_table[i]->name, r->integrator)) scene->integrator = (enum integrator_kind)i;
     for (size_t i = 0; i < scene->luminaire_count; i++) scene->luminaires[i].mask = r->mask;
+    if (r->crop.side > 0) {
+        scene->sensor->crop_x = (int)(r->crop.x * (float)r->width);
+        scene->sensor->crop_y = (int)(r->crop.y * (float)r->height);
+        scene->sensor->crop_width = scene->sensor->crop_height = (int)(r->crop.side * (float)r->height);
+    }
     return STATUS_OK;
 }
 

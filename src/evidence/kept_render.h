@@ -4,6 +4,10 @@
 #include "evidence/figure.h"
 #include "scene/scene.h"
 
+struct room_crop { // a square part of a picture
+    float x, y, side; // top left corner in widths and heights; side in heights, 0: no crop
+};
+
 struct render_request {
     const char *name; // of the kept files: FOLDER/kept/NAME.exr, NAME.json
     const char *room; // a scene file
@@ -14,7 +18,8 @@ struct render_request {
     bool furnished; // the room has the variables `furniture` and `textures`
     enum lamp_mask mask; // of all baked lamps
     double cpu_seconds;
-    int width, height;
+    int width, height; // of the whole picture
+    struct room_crop crop; // the part that is rendered
     bool lamp_seen; // also make the mask of the pixels that do not look at the (baked) lamp
 };
 
