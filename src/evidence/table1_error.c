@@ -5,6 +5,7 @@
 #include "evidence/table1_error.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 static double square(double x) { return x * x; }
 
@@ -36,6 +37,30 @@ struct error_parts error_split(const struct image *const pictures[2], const stru
     parts.bias /= n;
     parts.bias_error = sqrt(variance) / n;
     return parts;
+}
+
+static int descending(const void *a, const void *b) {
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x < y) - (x > y);
+}
+
+double error_share_of_worst(const struct image *picture, const struct image *reference, const struct image *mask) {
+    const size_t pixels = (size_t)reference->width * (size_t)reference->height;
+    double *errors = calloc(pixels, sizeof *errors), sum = 0, worst = 0;
+    if (!errors) return (double)NAN;
+    size_t count = 0;
+    for (size_t i = 0; i < pixels; i++) {
+        if (mask && !(mask->pixels[i * (size_t)mask->channels] > 0.5f)) continue;
+        for (size_t c = 0; c < 3; c++) {
+            const double r = reference->pixels[i * (size_t)reference->channels + c];
+            errors[count] += square(picture->pixels[i * (size_t)picture->channels + c] - r) / (r * r + 1e-3);
+        }
+        sum += errors[count++];
+    }
+    qsort(errors, count, sizeof *errors, descending);
+    for (size_t i = 0; i < (count + 999) / 1000; i++) worst += errors[i];
+    free(errors);
+    return sum > 0 ? worst / sum : (double)NAN;
 }
 
 double error_samples(double noise_of_one, double bias, double target) {

@@ -38,6 +38,8 @@ const struct table1_column table1_columns[] = {
     {FIELD(unbiased_speedup), 1, "speed-up without bias", "%.1f", 1},
     {FIELD(noise_ratio), 1, "less noise a sample, x", "%.1f", 1},
     {FIELD(sample_cost_ratio), 1, "cheaper samples, x", "%.1f", 1},
+    {FIELD(bdpt_worst_share), 1, "bdpt, in 0.1 % pixels, %", "%.0f", 100},
+    {FIELD(ours_worst_share), 1, "ours, in 0.1 % pixels, %", "%.0f", 100},
     {FIELD(mean_error), 3, "picture's mean, worst %", "%+.2f", 100},
     {FIELD(flux_error), 3, "lamp's flux, worst %", "%+.2f", 100},
     {FIELD(reference_spp), 1, "reference samples", "%.0f", 1},

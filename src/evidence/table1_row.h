@@ -36,6 +36,8 @@ struct table1_row {
     double unbiased_speedup; // the speed-up at equal error if there were no bias
     double noise_ratio; // of bdpt's noise to ours at equal samples
     double sample_cost_ratio; // of the CPU seconds of a sample
+    double bdpt_worst_share,
+        ours_worst_share; // of the error that is in a thousandth of the pixels (ours: as the paper)
     double mean_error[3]; // of the picture's mean outside the lamp, relative and signed
     double flux_error[3]; // of the baked lamp, as its bake measured it
     double reference_spp, reference_cpu_s, reference_noise;

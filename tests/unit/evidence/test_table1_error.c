@@ -95,6 +95,18 @@ static void test_masked_pixels_do_not_count(void **state) {
     image_fini(&mask);
 }
 
+static void test_share_of_the_worst_pixels(void **state) {
+    (void)state;
+    struct image reference = picture(0, 0, 1), plain = picture(0.1, 0, 2);
+    const double even = error_share_of_worst(&plain, &reference, NULL);
+    assert_true(even > 0.001 && even < 0.002); // 5 of 4096 pixels, all alike
+    plain.pixels[3000] += 100;
+    assert_true(error_share_of_worst(&plain, &reference, NULL) > 0.99);
+    assert_true(isnan(error_share_of_worst(&reference, &reference, NULL)));
+    image_fini(&reference);
+    image_fini(&plain);
+}
+
 static void test_samples_to_an_error(void **state) {
     (void)state;
     assert_true(fabs(error_samples(0.5, 0, 0.05) - 10) < 1e-12);
@@ -111,6 +123,7 @@ static void test_samples_to_an_error(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_parts_are_found), cmocka_unit_test(test_the_standard_error_of_the_bias),
-        cmocka_unit_test(test_masked_pixels_do_not_count), cmocka_unit_test(test_samples_to_an_error)};
+        cmocka_unit_test(test_masked_pixels_do_not_count), cmocka_unit_test(test_samples_to_an_error),
+        cmocka_unit_test(test_share_of_the_worst_pixels)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
