@@ -17,6 +17,10 @@ typedef struct {
     float r, g, b;
 } rgb; // linear Rec. 709
 
+// One instruction each, which fminf and fmaxf are not for their care with NaN: with a NaN the result is b.
+static inline float minf(float a, float b) { return a < b ? a : b; }
+static inline float maxf(float a, float b) { return a > b ? a : b; }
+
 static inline vec3 vec3_make(float x, float y, float z) { return (vec3){x, y, z}; }
 static inline vec3 vec3_add(vec3 a, vec3 b) { return (vec3){a.x + b.x, a.y + b.y, a.z + b.z}; }
 static inline vec3 vec3_sub(vec3 a, vec3 b) { return (vec3){a.x - b.x, a.y - b.y, a.z - b.z}; }
@@ -38,7 +42,7 @@ static inline rgb rgb_add(rgb a, rgb b) { return (rgb){a.r + b.r, a.g + b.g, a.b
 static inline rgb rgb_sub(rgb a, rgb b) { return (rgb){a.r - b.r, a.g - b.g, a.b - b.b}; }
 static inline rgb rgb_mul(rgb a, rgb b) { return (rgb){a.r * b.r, a.g * b.g, a.b * b.b}; }
 static inline rgb rgb_scale(rgb a, float s) { return (rgb){a.r * s, a.g * s, a.b * s}; }
-static inline float rgb_max(rgb a) { return fmaxf(a.r, fmaxf(a.g, a.b)); }
+static inline float rgb_max(rgb a) { return maxf(a.r, maxf(a.g, a.b)); }
 static inline float rgb_mean(rgb a) { return (a.r + a.g + a.b) * (1.0f / 3.0f); }
 static inline float rgb_luminance(rgb a) { return 0.212671f * a.r + 0.715160f * a.g + 0.072169f * a.b; }
 static inline bool rgb_is_black(rgb a) { return a.r == 0 && a.g == 0 && a.b == 0; }

@@ -12,17 +12,17 @@ static vec3 from_cosine(float cosine, float sine, float u_phi) {
 
 vec3 warp_uniform_sphere(vec2 u) {
     float z = 1 - 2 * u.y;
-    return from_cosine(z, 2 * sqrtf(fmaxf(0, u.y * (1 - u.y))), u.x);
+    return from_cosine(z, 2 * sqrtf(maxf(u.y * (1 - u.y), 0)), u.x);
 }
 
 float warp_uniform_sphere_pdf(void) { return INV_PI_F / 4; }
 
-vec3 warp_uniform_hemisphere(vec2 u) { return from_cosine(1 - u.y, sqrtf(fmaxf(0, u.y * (2 - u.y))), u.x); }
+vec3 warp_uniform_hemisphere(vec2 u) { return from_cosine(1 - u.y, sqrtf(maxf(u.y * (2 - u.y), 0)), u.x); }
 
 vec3 warp_cosine_hemisphere(vec2 u) {
     vec2 disk = warp_concentric_disk(u);
     // Never exactly in the plane: callers divide by the cosine.
-    return (vec3){disk.x, disk.y, sqrtf(fmaxf(1e-12f, 1 - disk.x * disk.x - disk.y * disk.y))};
+    return (vec3){disk.x, disk.y, sqrtf(maxf(1 - disk.x * disk.x - disk.y * disk.y, 1e-12f))};
 }
 
 float warp_cosine_hemisphere_pdf(vec3 w) { return w.z > 0 ? w.z * INV_PI_F : 0; }
@@ -30,18 +30,20 @@ float warp_cosine_hemisphere_pdf(vec3 w) { return w.z > 0 ? w.z * INV_PI_F : 0; 
 // The height below the pole is kept as 1 - cos, which keeps narrow cones exact in float.
 vec3 warp_uniform_cone(vec2 u, float cos_max) {
     float depth = u.y * (1 - cos_max);
-    return from_cosine(1 - depth, sqrtf(fmaxf(0, depth * (2 - depth))), u.x);
+    return from_cosine(1 - depth, sqrtf(maxf(depth * (2 - depth), 0)), u.x);
 }
 
 float warp_uniform_cone_pdf(float cos_max) { return INV_PI_F / (2 * (1 - cos_max)); }
 
+// Sine and cosine by their Taylor series, which at |phi| <= pi / 4 end within half a unit in the last place or so.
 vec2 warp_concentric_disk(vec2 u) {
     float a = 2 * u.x - 1, b = 2 * u.y - 1;
     if (a == 0 && b == 0) return (vec2){0, 0};
     bool steep = fabsf(a) <= fabsf(b);
-    float radius = steep ? b : a;
-    float phi = steep ? PI_F / 2 - PI_F / 4 * (a / b) : PI_F / 4 * (b / a);
-    return (vec2){radius * cosf(phi), radius * sinf(phi)};
+    float radius = steep ? b : a, phi = PI_F / 4 * (steep ? a / b : b / a), x = phi * phi;
+    float sine = phi * (1 + x * (-1.0f / 6 + x * (1.0f / 120 + x * (-1.0f / 5040 + x * (1.0f / 362880)))));
+    float cosine = 1 + x * (-1.0f / 2 + x * (1.0f / 24 + x * (-1.0f / 720 + x * (1.0f / 40320))));
+    return steep ? (vec2){radius * sine, radius * cosine} : (vec2){radius * cosine, radius * sine};
 }
 
 vec2 warp_triangle(vec2 u) {
@@ -49,7 +51,7 @@ vec2 warp_triangle(vec2 u) {
     return (vec2){1 - root, u.y * root};
 }
 
-float warp_tent(float u) { return u < 0.5f ? sqrtf(2 * u) - 1 : 1 - sqrtf(fmaxf(0, 2 - 2 * u)); }
+float warp_tent(float u) { return u < 0.5f ? sqrtf(2 * u) - 1 : 1 - sqrtf(maxf(2 - 2 * u, 0)); }
 
 static float polynomial(const float *coefficients, int n, float x) {
     float value = coefficients[0];
@@ -62,7 +64,7 @@ static float inverse_erf(float x) {
                                    -0.00125372503f, -0.00417768164f, 0.246640727f,    1.50140941f};
     static const float tail[] = {-0.000200214257f, 0.000100950558f, 0.00134934322f, -0.00367342844f, 0.00573950773f,
                                  -0.0076224613f,   0.00943887047f,  1.00167406f,    2.83297682f};
-    float w = -logf(fmaxf(1e-30f, (1 - x) * (1 + x)));
+    float w = -logf(maxf((1 - x) * (1 + x), 1e-30f));
     return x * (w < 5 ? polynomial(center, 9, w - 2.5f) : polynomial(tail, 9, sqrtf(w) - 3));
 }
 

@@ -94,6 +94,8 @@ rgb surface_eval_bsdf(const struct surface *surface, vec3 wi, vec3 wo,
                                                  // shading-normal correction of Veach 1997, 5.3 for IMPORTANCE, 0 where
                                                  // geometric and shading sides disagree
 float surface_pdf_bsdf(const struct surface *surface, vec3 wi, vec3 wo, enum transport transport);
+// Both at once, for RADIANCE; the density is left at 0 where the value is.
+rgb surface_eval_pdf_bsdf(const struct surface *surface, vec3 wi, vec3 wo, float *pdf);
 bool surface_sample_bsdf(const struct surface *surface, vec3 wi, vec3 u, enum transport transport,
                          struct bsdf_sample *sample);
 rgb surface_through(const struct surface *surface, vec3 wi);

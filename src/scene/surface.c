@@ -78,6 +78,17 @@ float surface_pdf_bsdf(const struct surface *surface, vec3 wi, vec3 wo, enum tra
     return bsdf_pdf(surface->shape->bsdf, &point, local_wi, local_wo, transport);
 }
 
+rgb surface_eval_pdf_bsdf(const struct surface *surface, vec3 wi, vec3 wo, float *pdf) {
+    vec3 local_wi = frame_local_from_world(&surface->shading, wi),
+         local_wo = frame_local_from_world(&surface->shading, wo);
+    *pdf = 0;
+    if (!sides_agree(surface, wi, local_wi) || !sides_agree(surface, wo, local_wo)) return rgb_gray(0);
+    struct bsdf_point point = surface_bsdf_point(surface);
+    rgb value = bsdf_eval(surface->shape->bsdf, &point, local_wi, local_wo, TRANSPORT_RADIANCE);
+    if (!rgb_is_black(value)) *pdf = bsdf_pdf(surface->shape->bsdf, &point, local_wi, local_wo, TRANSPORT_RADIANCE);
+    return value;
+}
+
 bool surface_sample_bsdf(const struct surface *surface, vec3 wi, vec3 u, enum transport transport,
                          struct bsdf_sample *sample) {
     vec3 local_wi = frame_local_from_world(&surface->shading, wi);

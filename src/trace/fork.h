@@ -12,7 +12,7 @@ struct fork {
 
 static inline struct fork fork_choose(const struct surface *surface, vec3 wi, float u) {
     rgb through = surface_through(surface, wi);
-    float p = fminf(rgb_mean(through), 1);
+    float p = minf(rgb_mean(through), 1);
     if (u < p) return (struct fork){true, rgb_scale(through, 1 / p), 1 / p};
     return (struct fork){false, rgb_scale(rgb_sub(rgb_gray(1), through), 1 / (1 - p)), 1 / (1 - p)};
 }

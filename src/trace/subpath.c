@@ -31,7 +31,7 @@ enum walk_event walk_advance(struct walk *walk, struct sampler *sampler, struct 
     vertex->arrived = rgb_mul(walk->beta, absorbed);
     vertex->depth = walk->depth + 1;
     double distance2 = (double)travelled * travelled;
-    double per_cos = mis(1 / fmaxf(fabsf(vec3_dot(surface->ng, vertex->wi)), min_cos));
+    double per_cos = mis(1 / maxf(fabsf(vec3_dot(surface->ng, vertex->wi)), min_cos));
     vertex->d_vc = walk->d_vc * per_cos;
     if (walk->emission)
         vertex->d_vcm = light_d_vcm(walk, surface->p, distance2) * per_cos;
@@ -63,11 +63,11 @@ bool walk_scatter(struct walk *walk, const struct vertex *vertex, struct sampler
     if (!(brightness > 0) || !isfinite(brightness)) return false;
     if (walk->transport == TRANSPORT_RADIANCE) walk->eta2 *= sqrf(sample.eta);
     if (walk->depth >= rr_depth) {
-        float survival = fminf(brightness * walk->eta2 / walk->start, max_survival);
+        float survival = minf(brightness * walk->eta2 / walk->start, max_survival);
         if (sampler_1d(sampler) >= survival) return false;
         walk->beta = rgb_scale(walk->beta, 1 / survival);
     }
-    double cos_out = fmaxf(fabsf(vec3_dot(vertex->surface.ng, sample.wo)), min_cos);
+    double cos_out = maxf(fabsf(vec3_dot(vertex->surface.ng, sample.wo)), min_cos);
     if (sample.delta) { // the densities there and back are the same, and nothing connects to a delta
         walk->d_vc = vertex->d_vc * mis(cos_out);
         walk->d_vcm = 0;

@@ -58,8 +58,8 @@ vec3 microfacet_beckmann_sample(const struct microfacet *d, vec3 v, vec2 u) {
         x = r * cosf(2.0f * PI_F * u.y);
         y = r * sinf(2.0f * PI_F * u.y);
     } else {
-        float along = visible_slope(s.z, sin_theta / s.z, fmaxf(u.x, 1e-7f));
-        float across = erf_inverse(2.0f * fmaxf(u.y, 1e-7f) - 1.0f);
+        float along = visible_slope(s.z, sin_theta / s.z, maxf(u.x, 1e-7f));
+        float across = erf_inverse(2.0f * maxf(u.y, 1e-7f) - 1.0f);
         float c = s.x / sin_theta, n = s.y / sin_theta;
         x = c * along - n * across;
         y = n * along + c * across;

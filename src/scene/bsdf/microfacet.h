@@ -16,8 +16,8 @@ struct microfacet {
 };
 
 static inline struct microfacet microfacet_make(int kind, float alpha_u, float alpha_v) {
-    return (struct microfacet){(enum microfacet_kind)kind, fmaxf(alpha_u, MICROFACET_ALPHA_MIN),
-                               fmaxf(alpha_v, MICROFACET_ALPHA_MIN)};
+    return (struct microfacet){(enum microfacet_kind)kind, maxf(alpha_u, MICROFACET_ALPHA_MIN),
+                               maxf(alpha_v, MICROFACET_ALPHA_MIN)};
 }
 
 // Density of normals per area of the mean surface [1/sr]. Written with m.x, m.y, which keep their precision at small
@@ -26,7 +26,7 @@ static inline float microfacet_d(const struct microfacet *d, vec3 m) {
     float x = m.x / d->alpha_u, y = m.y / d->alpha_v, z2 = m.z * m.z, r2 = x * x + y * y;
     float scale = INV_PI_F / (d->alpha_u * d->alpha_v);
     if (d->kind == MICROFACET_GGX) return scale / sqrf(r2 + z2);
-    return z2 > 1e-8f ? scale * expf(-r2 / z2) / (z2 * z2) : 0.0f;
+    return r2 < 80.0f * z2 ? scale * expf(-r2 / z2) / (z2 * z2) : 0.0f; // less than 1e-34 of the peak
 }
 
 float microfacet_beckmann_g1(float a); // a = 1 / (alpha tan(theta)) of the direction
@@ -48,6 +48,6 @@ static inline vec3 microfacet_sample(const struct microfacet *d, vec3 v, vec2 u)
     float phi = 2.0f * PI_F * u.x, rise = (1.0f - u.y) * (1.0f + s.z); // cap height z = rise - s.z
     float z = rise - s.z, r = sqrtf(clampf(1.0f - z * z, 0, 1));
     // The cap's direction plus s; z + s.z is `rise` itself.
-    vec3 h = {(r * cosf(phi) + s.x) * d->alpha_u, (r * sinf(phi) + s.y) * d->alpha_v, fmaxf(rise, 1e-8f)};
+    vec3 h = {(r * cosf(phi) + s.x) * d->alpha_u, (r * sinf(phi) + s.y) * d->alpha_v, maxf(rise, 1e-8f)};
     return vec3_normalize(h);
 }

@@ -9,7 +9,7 @@ static float mix_choices(const struct mix *mix, const struct bsdf_point *point, 
     for (int i = 0; i < mix->count; ++i) {
         choices[i] = mix->weights[i];
         if (mix->children[i]->flags & BSDF_NULL) choices[i] *= 1 - rgb_mean(bsdf_through(mix->children[i], point, wi));
-        choices[i] = fmaxf(choices[i], 0);
+        choices[i] = maxf(choices[i], 0);
         sum += choices[i];
     }
     for (int i = 0; i < mix->count && sum > 0; ++i) choices[i] /= sum;
@@ -43,7 +43,7 @@ bool mix_sample(const struct mix *mix, const struct bsdf_point *point, vec3 wi, 
     int i = 0;
     while (i + 1 < mix->count && u.z >= choices[i]) u.z -= choices[i++];
     while (choices[i] <= 0) --i; // rounding left a rest above the last child that can be chosen
-    u.z = fminf(u.z / choices[i], 0x1.fffffep-1f);
+    u.z = minf(u.z / choices[i], 0x1.fffffep-1f);
     const struct bsdf *child = mix->children[i];
     if (!bsdf_sample(child, point, wi, u, transport, sample)) return false;
     rgb through = mix_through(mix, point, wi), value;

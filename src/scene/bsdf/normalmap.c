@@ -18,7 +18,7 @@ static struct frame normalmap_frame(const struct normalmap *n, vec2 uv) {
     rgb v = texture_eval(n->normalmap, uv);
     vec3 normal = {2 * v.r - 1, 2 * v.g - 1, 2 * v.b - 1};
     if (normal.z < 0) normal = vec3_neg(normal); // as Mitsuba 3.7 does with invalid normals
-    normal.z = fmaxf(normal.z, 1e-3f);
+    normal.z = maxf(normal.z, 1e-3f);
     return perturbed_frame(vec3_normalize(normal));
 }
 

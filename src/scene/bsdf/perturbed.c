@@ -17,9 +17,9 @@ static bool perturbed_sides(const struct frame *frame, vec3 *wi, vec3 *wo) {
 
 // What is left of light from or to `w` about the untilted normal.
 static float unshadowed(const struct frame *frame, vec3 w) {
-    float cosine2 = frame->n.z * frame->n.z, w2 = fmaxf(w.z * w.z, 1e-12f);
-    float alpha2 = clampf(0.125f * (1 - cosine2) / fmaxf(cosine2, 1e-12f), 0, 1);
-    return 2 / (1 + sqrtf(1 + alpha2 * fmaxf(1 - w2, 0) / w2));
+    float cosine2 = frame->n.z * frame->n.z, w2 = maxf(w.z * w.z, 1e-12f);
+    float alpha2 = clampf(0.125f * (1 - cosine2) / maxf(cosine2, 1e-12f), 0, 1);
+    return 2 / (1 + sqrtf(1 + alpha2 * maxf(1 - w2, 0) / w2));
 }
 
 rgb perturbed_eval(const struct bsdf *child, const struct frame *frame, bool shadowing, const struct bsdf_point *point,

@@ -33,8 +33,10 @@ static rgb roughconductor_eval(const struct bsdf *bsdf, const struct bsdf_point 
     if (wi.z <= 0 || wo.z <= 0) return rgb_gray(0);
     struct microfacet d = roughconductor_microfacet(c, point->uv);
     vec3 m = vec3_normalize(vec3_add(wi, wo));
-    rgb fresnel = fresnel_conductor(fminf(vec3_dot(wi, m), 1.0f), c->eta, c->k);
-    float value = microfacet_d(&d, m) * microfacet_g1(&d, wi) * microfacet_g1(&d, wo) / (4.0f * wi.z);
+    float density = microfacet_d(&d, m);
+    if (density == 0) return rgb_gray(0);
+    rgb fresnel = fresnel_conductor(minf(vec3_dot(wi, m), 1.0f), c->eta, c->k);
+    float value = density * microfacet_g1(&d, wi) * microfacet_g1(&d, wo) / (4.0f * wi.z);
     return rgb_scale(rgb_mul(fresnel, texture_eval(c->specular_reflectance, point->uv)), value);
 }
 
@@ -44,7 +46,8 @@ static float roughconductor_pdf(const struct bsdf *bsdf, const struct bsdf_point
     if (wi.z <= 0 || wo.z <= 0) return 0;
     struct microfacet d = roughconductor_microfacet((const struct roughconductor *)bsdf, point->uv);
     vec3 m = vec3_normalize(vec3_add(wi, wo));
-    return microfacet_d(&d, m) * microfacet_g1(&d, wi) / (4.0f * wi.z);
+    float density = microfacet_d(&d, m);
+    return density == 0 ? 0 : density * microfacet_g1(&d, wi) / (4.0f * wi.z);
 }
 
 static bool roughconductor_sample(const struct bsdf *bsdf, const struct bsdf_point *point, vec3 wi, vec3 u,
@@ -57,7 +60,7 @@ static bool roughconductor_sample(const struct bsdf *bsdf, const struct bsdf_poi
     float cos_m = vec3_dot(wi, m);
     vec3 wo = vec3_mad(m, 2.0f * cos_m, vec3_neg(wi));
     if (cos_m <= 0 || wo.z <= 0) return false;
-    rgb fresnel = fresnel_conductor(fminf(cos_m, 1.0f), c->eta, c->k);
+    rgb fresnel = fresnel_conductor(minf(cos_m, 1.0f), c->eta, c->k);
     rgb tint = texture_eval(c->specular_reflectance, point->uv);
     *sample = (struct bsdf_sample){.wo = wo,
                                    .weight = rgb_scale(rgb_mul(fresnel, tint), microfacet_g1(&d, wo)),

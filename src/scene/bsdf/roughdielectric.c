@@ -51,7 +51,7 @@ static inline float roughdielectric_density(const struct roughdielectric *r, con
     if (m.z < 0) m = vec3_neg(m);
     float cos_i = vec3_dot(wi, m), cos_o = vec3_dot(wo, m), cos_t;
     if (!(cos_i > 0) || (cos_o > 0) != reflects) return 0;
-    *fresnel = fresnel_dielectric(fminf(cos_i, 1.0f), *eta, &cos_t);
+    *fresnel = fresnel_dielectric(minf(cos_i, 1.0f), *eta, &cos_t);
     float facets = microfacet_d(d, m) * microfacet_g1(d, wi) / wi.z;
     if (reflects) return facets * 0.25f;
     return facets * cos_i * fabsf(cos_o) * sqrf(*eta / (cos_i + *eta * cos_o));
@@ -87,7 +87,7 @@ static bool roughdielectric_sample(const struct bsdf *bsdf, const struct bsdf_po
     if (below) wi.z = -wi.z;
     struct microfacet d = roughdielectric_microfacet(r, point->uv);
     vec3 m = microfacet_sample(&d, wi, (vec2){u.x, u.y}), wo;
-    float cos_i = fminf(vec3_dot(wi, m), 1.0f), cos_t, weight = 1;
+    float cos_i = minf(vec3_dot(wi, m), 1.0f), cos_t, weight = 1;
     if (cos_i <= 0) return false;
     float fresnel = fresnel_dielectric(cos_i, eta, &cos_t);
     float pdf = microfacet_d(&d, m) * microfacet_g1(&d, wi) / wi.z;

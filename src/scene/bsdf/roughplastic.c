@@ -46,7 +46,7 @@ static enum status roughplastic_commit(struct bsdf *bsdf, struct commit_context 
     struct microfacet d = microfacet_make(p->distribution, p->alpha, p->alpha);
     double inside = 0;
     for (int i = 0; i < TABLE_SIZE; ++i) {
-        float cos_i = fmaxf((float)i / (TABLE_SIZE - 1), 1e-6f);
+        float cos_i = maxf((float)i / (TABLE_SIZE - 1), 1e-6f);
         double reflected, passed, ignored;
         coat_integrate(&d, cos_i, p->eta, &ignored, &passed);
         coat_integrate(&d, cos_i, 1 / p->eta, &reflected, &ignored);
@@ -60,7 +60,7 @@ static enum status roughplastic_commit(struct bsdf *bsdf, struct commit_context 
 }
 
 static inline float roughplastic_transmittance(const struct roughplastic *p, float cos_i) {
-    float x = fminf(cos_i, 1.0f) * (TABLE_SIZE - 1);
+    float x = minf(cos_i, 1.0f) * (TABLE_SIZE - 1);
     int i = x >= TABLE_SIZE - 1 ? TABLE_SIZE - 2 : (int)x;
     return lerpf(p->transmittance[i], p->transmittance[i + 1], x - (float)i);
 }
@@ -74,8 +74,11 @@ static inline float roughplastic_specular_probability(const struct roughplastic 
 static rgb roughplastic_both(const struct roughplastic *p, vec2 uv, vec3 wi, vec3 wo, float *pdf) {
     struct microfacet d = microfacet_make(p->distribution, p->alpha, p->alpha);
     vec3 m = vec3_normalize(vec3_add(wi, wo));
-    float cos_t, density = microfacet_d(&d, m) * microfacet_g1(&d, wi) / (4 * wi.z);
-    float specular = density * microfacet_g1(&d, wo) * fresnel_dielectric(fminf(vec3_dot(wi, m), 1.0f), p->eta, &cos_t);
+    float cos_t, density = microfacet_d(&d, m), specular = 0;
+    if (density > 0) {
+        density *= microfacet_g1(&d, wi) / (4 * wi.z);
+        specular = density * microfacet_g1(&d, wo) * fresnel_dielectric(minf(vec3_dot(wi, m), 1.0f), p->eta, &cos_t);
+    }
     float passed = roughplastic_transmittance(p, wi.z), probability = roughplastic_specular_probability(p, passed);
     float base = passed * roughplastic_transmittance(p, wo.z) / (p->eta * p->eta) * wo.z * INV_PI_F;
     *pdf = probability * density + (1 - probability) * wo.z * INV_PI_F;
@@ -99,7 +102,8 @@ static float roughplastic_pdf(const struct bsdf *bsdf, const struct bsdf_point *
     if (wi.z <= 0 || wo.z <= 0) return 0;
     struct microfacet d = microfacet_make(p->distribution, p->alpha, p->alpha);
     float probability = roughplastic_specular_probability(p, roughplastic_transmittance(p, wi.z));
-    float density = microfacet_d(&d, vec3_normalize(vec3_add(wi, wo))) * microfacet_g1(&d, wi) / (4 * wi.z);
+    float density = microfacet_d(&d, vec3_normalize(vec3_add(wi, wo)));
+    if (density > 0) density *= microfacet_g1(&d, wi) / (4 * wi.z);
     return probability * density + (1 - probability) * wo.z * INV_PI_F;
 }
 

@@ -16,7 +16,7 @@ static enum status thindielectric_commit(struct bsdf *bsdf, struct commit_contex
 }
 
 static float thindielectric_reflectance(const struct thindielectric *t, vec3 wi) {
-    float cos_t, once = fresnel_dielectric(fminf(fabsf(wi.z), 1.0f), t->eta, &cos_t);
+    float cos_t, once = fresnel_dielectric(minf(fabsf(wi.z), 1.0f), t->eta, &cos_t);
     return 2.0f * once / (1.0f + once);
 }
 

@@ -51,7 +51,9 @@ static const struct sphere *visible_sphere(const struct emitter *emitter, vec3 p
 }
 
 // A point of the visible cap: a direction uniform in the cone, where it meets the sphere, as an angle about the centre.
-static void sample_visible_cap(const struct sphere *sphere, vec3 p, float height, vec2 u, struct surface *surface) {
+// `uvs`: whether they matter, for they take most of the time.
+static void sample_visible_cap(const struct sphere *sphere, vec3 p, float height, vec2 u, bool uvs,
+                               struct surface *surface) {
     double x = (double)p.x - (double)sphere->center.x, y = (double)p.y - (double)sphere->center.y;
     double z = (double)p.z - (double)sphere->center.z, d = sqrt(x * x + y * y + z * z), r = (double)sphere->radius;
     double drop = (double)u.x * (double)height, sine2 = drop * (2 - drop); // drop = 1 - cos of the angle at p
@@ -60,9 +62,14 @@ static void sample_visible_cap(const struct sphere *sphere, vec3 p, float height
     struct frame frame = frame_from_normal(vec3_make((float)(x / d), (float)(y / d), (float)(z / d)));
     float phi = 2 * PI_F * u.y;
     vec3 local = {(float)sin_alpha * cosf(phi), (float)sin_alpha * sinf(phi), (float)cos_alpha};
-    *surface = (struct surface){.shape = &sphere->base};
-    surface->p = vec3_mad(frame_world_from_local(&frame, local), sphere->radius, sphere->center);
-    sphere->base.type->fill(&sphere->base, u, surface);
+    vec3 n = frame_world_from_local(&frame, local);
+    *surface = (struct surface){.shape = &sphere->base, .p = vec3_mad(n, sphere->radius, sphere->center)};
+    if (uvs) {
+        sphere->base.type->fill(&sphere->base, u, surface);
+    } else {
+        surface->ng = sphere->inward ? vec3_neg(n) : n;
+        surface->shading = frame_from_normal(surface->ng);
+    }
 }
 
 static float area_pdf_light(const struct emitter *emitter, vec3 p, const struct surface *surface, vec3 direction) {
@@ -77,7 +84,8 @@ static bool area_sample_light(const struct emitter *emitter, vec3 p, vec2 u, str
     float height;
     const struct sphere *sphere = visible_sphere(emitter, p, &height);
     if (sphere) {
-        sample_visible_cap(sphere, p, height, u, &sample->surface);
+        bool uvs = ((const struct area_emitter *)emitter)->radiance->type;
+        sample_visible_cap(sphere, p, height, u, uvs, &sample->surface);
     } else {
         shape_sample(emitter->shape, u, &sample->surface);
     }
@@ -102,7 +110,7 @@ static bool area_sample_emission(const struct emitter *emitter, vec2 u_position,
     sample->cos_theta = vec3_dot(w, surface->ng);
     sample->radiance = area_eval(emitter, surface, w);
     sample->pdf_position = 1 / emitter->shape->area;
-    sample->pdf_direction = fmaxf(sample->cos_theta, 0) * INV_PI_F;
+    sample->pdf_direction = maxf(sample->cos_theta, 0) * INV_PI_F;
     sample->ray = surface_spawn_ray(surface, w);
     return sample->pdf_direction > 0 && !rgb_is_black(sample->radiance);
 }
@@ -110,7 +118,7 @@ static bool area_sample_emission(const struct emitter *emitter, vec2 u_position,
 static void area_pdf_emission(const struct emitter *emitter, const struct surface *surface, vec3 direction,
                               float *pdf_position, float *pdf_direction) {
     *pdf_position = 1 / emitter->shape->area;
-    *pdf_direction = fmaxf(vec3_dot(direction, surface->ng), 0) * INV_PI_F;
+    *pdf_direction = maxf(vec3_dot(direction, surface->ng), 0) * INV_PI_F;
 }
 
 const struct emitter_type emitter_area = {

@@ -34,6 +34,7 @@ static enum status sphere_commit(struct shape *shape, struct commit_context *con
     struct transform size = transform_scale(vec3_make(self->radius, self->radius, self->radius));
     self->object = transform_multiply(&place, &size);
     self->object = transform_multiply(&shape->to_world, &self->object);
+    self->from_world = transform_inverse(&self->object);
     self->center = transform_point(&shape->to_world, self->center);
     self->radius *= scale;
     self->inward = shape->flip_normals != transform_flips_handedness(&shape->to_world);
@@ -68,13 +69,28 @@ static bool sphere_intersect(const struct shape *shape, const struct ray *ray, f
     if (h2 < 0) return false;
     double far_root = middle + copysign(sqrt(h2), middle); // the root of larger magnitude; the other by their product
     double near_root = far_root != 0 ? (distance2 - r * r) / (a * far_root) : 0;
-    double first = fmin(near_root, far_root), second = fmax(near_root, far_root);
+    bool near_first = near_root < far_root;
+    double first = near_first ? near_root : far_root, second = near_first ? far_root : near_root;
     double lower = (double)ray->t_min, upper = (double)ray->t_max;
     double hit = first > lower && first <= upper ? first : second;
     if (!(hit > lower && hit <= upper)) return false;
     *t = (float)hit;
     *uv = (vec2){0, 0};
     return true;
+}
+
+// atan2(y, x) in turns, for the uvs: the series after two halvings of the range, right to 1e-7.
+static float turns(float y, float x) {
+    float a = fabsf(x), b = fabsf(y);
+    float small = a < b ? a : b, large = a < b ? b : a;
+    if (large == 0) return 0;
+    bool tilted = small > 0.41421356f * large; // then the angle beyond an eighth of a half turn
+    float t = tilted ? (small - large) / (small + large) : small / large, q = t * t, sum = 0;
+    for (int k = 15; k > 0; k -= 2) sum = 1.0f / (float)k - q * sum;
+    float angle = t * sum * (0.5f * INV_PI_F) + (tilted ? 0.125f : 0);
+    if (a < b) angle = 0.25f - angle;
+    if (x < 0) angle = 0.5f - angle;
+    return y < 0 ? -angle : angle;
 }
 
 static void sphere_fill(const struct shape *shape, vec2 uv, struct surface *surface) {
@@ -88,10 +104,9 @@ static void sphere_fill(const struct shape *shape, vec2 uv, struct surface *surf
                         : vec3_make(0, 0, 1);
     surface->p = (vec3){(float)(c[0] + x[0] * inverse * r), (float)(c[1] + x[1] * inverse * r),
                         (float)(c[2] + x[2] * inverse * r)};
-    struct transform local_from_world = transform_inverse(&self->object);
-    vec3 local = vec3_scale(transform_vector(&local_from_world, n), self->radius);
-    float rim = sqrtf(local.x * local.x + local.y * local.y), phi = atan2f(local.y, local.x);
-    surface->uv = (vec2){(phi < 0 ? phi + 2 * PI_F : phi) * 0.5f * INV_PI_F, atan2f(rim, local.z) * INV_PI_F};
+    vec3 local = vec3_scale(transform_vector(&self->from_world, n), self->radius);
+    float rim = sqrtf(local.x * local.x + local.y * local.y), around_z = turns(local.y, local.x);
+    surface->uv = (vec2){around_z < 0 ? around_z + 1 : around_z, 2 * turns(rim, local.z)};
     vec2 around = rim > 1e-6f ? (vec2){local.x / rim, local.y / rim} : (vec2){1, 0};
     surface->dp_du = transform_vector(&self->object, vec3_make(-local.y * 2 * PI_F, local.x * 2 * PI_F, 0));
     surface->dp_dv =

@@ -8,6 +8,6 @@ struct sphere {
     vec3 center; // parameter, then in the world
     float radius;
     bool inward; // the outside is towards the centre
-    struct transform object; // unit sphere to world, for the uvs
+    struct transform object, from_world; // unit sphere to world, for the uvs, and back
 };
 extern const struct shape_type shape_sphere;
