@@ -49,6 +49,11 @@ def demo_room(folder):
     return ROOT / "scenes/demo_room.xml", folder / "demo_lamp.xml", "320x240"
 
 
+def reference_integrator(scene):
+    # The flower's box has no mirror: light tracing reaches the whole picture and is the least noisy there.
+    return "particle" if scene == "flower" else "bdpt"
+
+
 def measure(name, options):
     folder = (options.out / name).resolve()
     folder.mkdir(parents=True, exist_ok=True)
@@ -66,8 +71,7 @@ def measure(name, options):
                                                     "-o", folder / output, "--png", (folder / output).with_suffix(".png"), *rest)
     reference = folder / "reference.exr"
     if not (options.keep_reference and reference.exists()):
-        # The flower's box has no mirror: light tracing reaches the whole picture and is the least noisy there.
-        render("reference.exr", True, "-i", "particle" if name == "flower" else "bdpt", "-s", options.reference, "--seed", 1000)
+        render("reference.exr", True, "-i", reference_integrator(name), "-s", options.reference, "--seed", 1000)
     ours = render("ours.exr", False, "-i", "path", "-s", options.seconds, "--mask", folder / "mask.exr")
     bdpt = render("bdpt.exr", True, "-i", "bdpt", "-s", ours["cpu_s"] / os.cpu_count())
     compare = lambda output: sconce("compare", folder / output, reference, "--mask", folder / "mask.exr")

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """CPU seconds to an error: rooms lit by a complicated lamp, rendered with the baked lamp and by everything else.
 
-usage: bench/time_to_error.py [--scene flower|crystal] [--seconds S] [--reference S] [--lamp FILE] [--out DIR] [--json]
+usage: bench/time_to_error.py [--scene flower|crystal] [--seconds S] [--reference S] [--out DIR] [--json]
 
 The error is relMSE (eps 1e-3) outside the lamp against a long rendering of the real geometry, freed of that rendering's noise; so
 what the baked lamp gets wrong is in it. Every renderer runs with 1, 2, 4 ... samples until it has had S CPU seconds. Where an
 error lies between two runs it is interpolated; where it was not reached for good, it follows from noise ~ 1 / time (the median over
 the runs; ours: with a constant bias) and is marked with *. "sphere" is the floor: the same room lit by a plain sphere of the lamp's flux, against its own reference.
+Other renderers' errors hold what they do by other conventions too (Schlick's microfacets, tessellated spheres: a per cent; LuxCore: its brightness).
 Mitsuba 3 (llvm variant: DRJIT_LIBLLVM_PATH may have to name a libLLVM that knows the processor) and LuxCore take part where their
 Python packages are installed. Writes results.json and chart.svg."""
 import argparse
@@ -20,7 +21,7 @@ import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
 
-from headline import FLOWER, ROOT, SCONCE, flower_room, sconce
+from headline import FLOWER, ROOT, flower_room, reference_integrator, sconce
 
 SCENES = {"flower": "Cherry Blossom in the box", "crystal": "crystal lamp, polished floor"}
 TARGETS = (0.01, 0.001)
@@ -37,6 +38,30 @@ def defaults_replaced(root, values):
     for element in root.iter():
         for key, text in element.attrib.items():
             element.set(key, re.sub(r"\$(\w+)", lambda m: values.get(m[1], m[0]), text))
+
+
+def modernize(root):
+    """Mitsuba 3's spelling and this film's size; the lamp and the room stay."""
+    for element in root.iter():
+        if element.get("name"):
+            element.set("name", re.sub(r"([A-Z])", lambda m: "_" + m[1].lower(), element.get("name")))
+        if element.tag == "spectrum" and ":" not in element.get("value"):
+            element.tag = "rgb"
+    root.set("version", "3.0.0")
+    integrator = root.find("integrator")
+    integrator.set("type", "path")
+    for child in list(integrator):
+        if child.get("name") not in ("max_depth", "rr_depth"):
+            integrator.remove(child)
+    film = root.find("sensor").find("film")
+    for child in list(film):
+        film.remove(child)
+    for name, value in zip(("width", "height"), SIZE):
+        ElementTree.SubElement(film, "integer", name=name, value=str(value))
+    film.set("type", "hdrfilm")
+    ElementTree.SubElement(film, "rfilter", type="box")
+    sampler = root.find("sensor").find("sampler")
+    sampler.set("type", "independent")  # others round the number of samples up
 
 
 def merged_room(room, lamp, out, sphere=None):
@@ -76,6 +101,7 @@ def merged_room(room, lamp, out, sphere=None):
     for element in root.iter("string"):
         if element.get("name") == "filename" and not os.path.isabs(element.get("value")):
             element.set("value", str((pathlib.Path(room).parent / element.get("value")).resolve()))
+    modernize(root)
     tree.write(out)
     return out
 
@@ -151,7 +177,6 @@ def luxcore_runs(folder, name, scene, definitions, budget):
 
 # --- Measuring. ---
 def error_of(picture, reference, mask):
-    # Renderers differ by a per cent in convention (Schlick's microfacets, tessellated spheres); LuxCore also in brightness.
     return sconce("compare", picture, reference, "--mask", mask)
 
 
@@ -195,8 +220,7 @@ def measure(scene, options):
     sconce("render", room, f"-Dlamp={baked}", "-o", folder / "mask_of.exr", "-i", "path", *size, "--spp", 1, "--mask", mask)
     references = {"real": folder / "reference.exr", "sphere": folder / "sphere_reference.exr"}
     if not references["real"].exists():
-        # The flower's box has no mirror: light tracing reaches the whole picture and is the least noisy there.
-        sconce("render", room, f"-Dlamp={lamp}", "-o", references["real"], "-i", "particle" if scene == "flower" else "bdpt", *size,
+        sconce("render", room, f"-Dlamp={lamp}", "-o", references["real"], "-i", reference_integrator(scene), *size,
                "-s", options.reference, "--seed", 1000000)
     if not references["sphere"].exists():
         sconce("render", with_sphere, "-o", references["sphere"], "-i", "path", *size, "-s", options.reference / 5, "--seed", 1000000)
@@ -208,8 +232,6 @@ def measure(scene, options):
     }
     if has_package("mitsuba"):
         merged = merged_room(room, lamp, folder / "merged_room.xml")
-        for xml in (merged, with_sphere):
-            modernize(xml)
         contenders["Mitsuba 3 ptracer"] = "real", mitsuba_runs(folder, "ptracer", merged, "ptracer", options.seconds)
         contenders["sphere, Mitsuba 3"] = "sphere", mitsuba_runs(folder, "mitsuba sphere", with_sphere, "path", options.seconds)
     if has_package("pyluxcore") and has_package("mitsuba"):
@@ -226,33 +248,6 @@ def measure(scene, options):
             continue
         rows[name] = {"series": series, "to": {str(t): seconds_to(series, t, name == "ours") for t in TARGETS}}
     return {"scene": scene, "rows": rows}
-
-
-def modernize(path):
-    """Mitsuba 3's spelling and this film's size; the lamp and the room stay."""
-    tree = ElementTree.parse(path)
-    root = tree.getroot()
-    for element in root.iter():
-        if element.get("name"):
-            element.set("name", re.sub(r"([A-Z])", lambda m: "_" + m[1].lower(), element.get("name")))
-        if element.tag == "spectrum" and ":" not in element.get("value"):
-            element.tag = "rgb"
-    root.set("version", "3.0.0")
-    integrator = root.find("integrator")
-    integrator.set("type", "path")
-    for child in list(integrator):
-        if child.get("name") not in ("max_depth", "rr_depth"):
-            integrator.remove(child)
-    film = root.find("sensor").find("film")
-    for child in list(film):
-        film.remove(child)
-    for name, value in zip(("width", "height"), SIZE):
-        ElementTree.SubElement(film, "integer", name=name, value=str(value))
-    film.set("type", "hdrfilm")
-    ElementTree.SubElement(film, "rfilter", type="box")
-    sampler = root.find("sensor").find("sampler")
-    sampler.set("type", "independent")  # others round the number of samples up
-    tree.write(path)
 
 
 # --- Showing. ---

@@ -42,7 +42,7 @@ static size_t emitter_list(const struct emitter *emitter) {
 // The extent of a light from points on it. A delta position is found from the sample towards the scene's centre.
 static void light_bound(struct light *light, const struct emitter *emitter) {
     light->infinite = emitter->flags & EMITTER_INFINITE;
-    light->power = fmaxf(rgb_luminance(emitter->power), 0);
+    light->power = maxf(rgb_luminance(emitter->power), 0);
     if (light->infinite) return;
     if (!emitter->shape) {
         struct light_sample sample;
@@ -63,7 +63,7 @@ static void light_bound(struct light *light, const struct emitter *emitter) {
     light->center = vec3_scale(sum, 1.0f / bounds_samples);
     for (int i = 0; i < bounds_samples; i++) {
         vec3 offset = vec3_sub(points[i], light->center);
-        light->extent2 = fmaxf(light->extent2, vec3_dot(offset, offset));
+        light->extent2 = maxf(light->extent2, vec3_dot(offset, offset));
     }
 }
 
@@ -72,7 +72,7 @@ static void light_bound_luminaire(struct light *light, const struct luminaire_in
     luminaire_bounds(instance->luminaire, center, &radius);
     luminaire_flux(instance->luminaire, flux);
     rgb power = rgb_mul(instance->dim, (rgb){flux[0], flux[1], flux[2]});
-    light->power = fmaxf(rgb_luminance(power), 0) * sqrf(instance->scale);
+    light->power = maxf(rgb_luminance(power), 0) * sqrf(instance->scale);
     light->center = transform_point(&instance->to_world, (vec3){center[0], center[1], center[2]});
     light->extent2 = sqrf(radius * instance->scale);
 }
@@ -156,7 +156,7 @@ static size_t list_estimate(const struct light_select *select, const struct ligh
         vec3 offset = vec3_sub(light->center, point->p);
         pmf[i] = light->infinite
                      ? light->power / select->scene_area
-                     : light->power / (4 * PI_F * fmaxf(fmaxf(vec3_dot(offset, offset), light->extent2), 1e-12f));
+                     : light->power / (4 * PI_F * maxf(maxf(vec3_dot(offset, offset), light->extent2), 1e-12f));
         total += pmf[i];
         candidates++;
     }
@@ -171,6 +171,7 @@ static float list_pmf(const struct light_select *select, const struct light_list
                       size_t index) {
     if (list->count > estimate_limit)
         return uniform_share / (float)list->count + (1 - uniform_share) * distribution_pmf(&list->by_power, index);
+    if (list->count == 1) return list->lights[0].emitter || (int)list->lights[0].luminaire != point->kept;
     float pmf[estimate_limit];
     return list_estimate(select, list, point, pmf) ? pmf[index] : 0;
 }
@@ -184,11 +185,16 @@ static bool list_sample(const struct light_select *select, const struct light_li
             if (*index >= list->count) *index = list->count - 1;
         } else {
             *index = distribution_sample(&list->by_power,
-                                         fminf((u - uniform_share) / (1 - uniform_share), 0x1.fffffep-1f), NULL);
+                                         minf((u - uniform_share) / (1 - uniform_share), 0x1.fffffep-1f), NULL);
         }
         *pmf = list_pmf(select, list, point, *index);
         const struct light *light = &list->lights[*index];
         return light->emitter || (int)light->luminaire != point->kept;
+    }
+    if (list->count == 1) {
+        *index = 0;
+        *pmf = list_pmf(select, list, point, 0);
+        return *pmf > 0;
     }
     float each[estimate_limit];
     if (!list_estimate(select, list, point, each)) return false;

@@ -15,9 +15,15 @@ static void meet_luminaires(const struct path_tracer *tracer, struct path_worker
         path_luminaire(tracer, worker);
 }
 
-const struct path_stage path_stages[PATH_STAGES + 1] = {
-    {"intersect", path_intersect}, {"luminaire", meet_luminaires}, {"view", path_view},       {"hit", path_hit},
-    {"light", path_light},         {"shadow", path_shadow},        {"scatter", path_scatter}, {NULL, NULL}};
+const struct path_stage path_stages[PATH_STAGES + 1] = {{"intersect", path_intersect},
+                                                        {"luminaire", meet_luminaires},
+                                                        {"view", path_view},
+                                                        {"hit", path_hit},
+                                                        {"light", path_light},
+                                                        {"shadow", path_shadow},
+                                                        {"arrive", path_arrive},
+                                                        {"scatter", path_scatter},
+                                                        {NULL, NULL}};
 
 static void worker_fini(struct path_worker *worker) {
     free(worker->paths);
@@ -58,6 +64,7 @@ static void tracer_destroy(void *state) {
     if (!tracer) return;
     for (int i = 0; tracer->workers && i < tracer->worker_count; i++) worker_fini(&tracer->workers[i]);
     free(tracer->workers);
+    free(tracer->expected);
     light_select_destroy(tracer->lights);
     caustic_destroy(tracer->caustic);
     residual_destroy(tracer->residual);
@@ -128,6 +135,10 @@ static enum status render_pass(void *state, struct film *film, uint64_t pass, co
     tracer->pass = pass;
     tracer->run = run;
     tracer->cancelled = false;
+    size_t pixels = (size_t)film->width * (size_t)film->height;
+    if (!tracer->expected) tracer->expected = calloc(pixels, sizeof *tracer->expected);
+    if (!tracer->expected) return error_set(error, STATUS_MEMORY, "out of memory for a film of %zu pixels", pixels);
+    path_expect(tracer);
     tracer->tiles_x = (film->width + PATH_TILE - 1) / PATH_TILE;
     size_t tiles = (size_t)tracer->tiles_x * (size_t)((film->height + PATH_TILE - 1) / PATH_TILE);
     parallel_for(run->threads < tracer->worker_count ? run->threads : tracer->worker_count, tiles, trace_tile, tracer);

@@ -22,6 +22,7 @@ void path_generate(const struct path_tracer *tracer, struct path_worker *worker,
             path->edge = 0;
             path->pixel = (uint32_t)y * (uint32_t)tracer->film->width + (uint32_t)x;
             path->eta = 1;
+            path->expected = tracer->expected[path->pixel];
             path->pdf = 0;
             path->vertex = (struct light_point){path->ray.origin, -1, -1};
             path->look = true;

@@ -1,5 +1,6 @@
 // Path tracer: one light sample for every path that stands on a surface with a smooth part (next-event estimation).
-// Samples of baked lamps are drawn, and their light field is asked, in one batch for each lamp.
+// Samples of baked lamps are drawn in one batch for each lamp; their light field is asked when it is known which
+// arrive.
 #include "trace/path_state.h"
 
 static void shadow_add(struct path_worker *worker, uint32_t index, uint32_t luminaire, const struct ray *ray,
@@ -9,9 +10,8 @@ static void shadow_add(struct path_worker *worker, uint32_t index, uint32_t lumi
 
 rgb path_response(const struct path *path, vec3 direction, float *pdf_bsdf) {
     vec3 wi = vec3_neg(path->ray.direction);
-    rgb f = surface_eval_bsdf(&path->surface, wi, direction, TRANSPORT_RADIANCE);
+    rgb f = surface_eval_pdf_bsdf(&path->surface, wi, direction, pdf_bsdf);
     if (rgb_is_black(f)) return f;
-    *pdf_bsdf = surface_pdf_bsdf(&path->surface, wi, direction, TRANSPORT_RADIANCE);
     return rgb_scale(rgb_mul(path->beta, f), path->fork.inverse_share);
 }
 
@@ -43,7 +43,7 @@ static void sample_emitter(const struct path_tracer *tracer, struct path_worker 
     shadow_add(worker, index, UINT32_MAX, &ray, rgb_scale(rgb_mul(response, light.radiance), weight / pdf_light));
 }
 
-// The samples of one lamp: draw directions, ask L where the surface responds, leave the shadow rays.
+// The samples of one lamp: draw directions, leave the shadow rays where the surface responds.
 static void sample_luminaire(const struct path_tracer *tracer, struct path_worker *worker, uint32_t luminaire,
                              const struct luminaire_request *requests, size_t count) {
     const struct luminaire_instance *instance = &tracer->scene->luminaires[luminaire];
@@ -66,37 +66,22 @@ static void sample_luminaire(const struct path_tracer *tracer, struct path_worke
         path_light_residual(tracer, worker, luminaire, requests, count);
         return;
     }
-    struct crossing_batch *batch = &worker->crossings;
-    size_t lines = crossing_batch_lines(batch);
-    for (size_t first = 0; first < count; first += lines) {
-        batch->count = 0;
-        size_t first_shadow = worker->shadow_count;
-        for (size_t i = first; i < count && i - first < lines; i++) {
-            const struct path *path = &worker->paths[requests[i].path];
-            const float *local = worker->directions[i];
-            vec3 direction = luminaire_world_direction(instance, (vec3){local[0], local[1], local[2]});
-            float pdf_bsdf, pdf_light = worker->pdfs[i] * requests[i].pmf;
-            if (!(pdf_light > 0)) continue;
-            rgb response = path_response(path, direction, &pdf_bsdf);
-            if (rgb_is_black(response)) continue;
-            float weight = path_light_weight(tracer, pdf_light, pdf_bsdf, false), t_mid;
-            if (weight == 0) continue;
-            struct ray line = {path->surface.p, direction, 0, INFINITY};
-            if (!crossing_find(instance, &line, &t_mid)) continue;
-            crossing_add(batch, requests[i].path, luminaire, &line, t_mid)->wants_radiance = true;
-            struct ray ray = surface_spawn_ray(&path->surface, direction);
-            ray.t_max = t_mid;
-            response = rgb_mul(response, segment_absorption(&path->surface, NULL, direction, t_mid));
-            shadow_add(worker, requests[i].path, luminaire, &ray, rgb_scale(response, weight / pdf_light));
-        }
-        crossing_batch_answer(batch, tracer->scene);
-        size_t kept = first_shadow;
-        for (size_t i = 0; i < batch->count; i++) {
-            struct shadow shadow = worker->shadows[first_shadow + i];
-            shadow.contribution = rgb_mul(shadow.contribution, batch->crossings[i].radiance);
-            if (!rgb_is_black(shadow.contribution)) worker->shadows[kept++] = shadow;
-        }
-        worker->shadow_count = kept;
+    for (size_t i = 0; i < count; i++) {
+        const struct path *path = &worker->paths[requests[i].path];
+        const float *local = worker->directions[i];
+        vec3 direction = luminaire_world_direction(instance, (vec3){local[0], local[1], local[2]});
+        float pdf_bsdf, t_mid, pdf_light = worker->pdfs[i] * requests[i].pmf;
+        if (!(pdf_light > 0)) continue;
+        rgb response = path_response(path, direction, &pdf_bsdf);
+        if (rgb_is_black(response)) continue;
+        float weight = path_light_weight(tracer, pdf_light, pdf_bsdf, false);
+        if (weight == 0) continue;
+        struct ray line = {path->surface.p, direction, 0, INFINITY};
+        if (!crossing_find(instance, &line, &t_mid)) continue;
+        struct ray ray = surface_spawn_ray(&path->surface, direction);
+        ray.t_max = t_mid;
+        response = rgb_mul(response, segment_absorption(&path->surface, NULL, direction, t_mid));
+        shadow_add(worker, requests[i].path, luminaire, &ray, rgb_scale(response, weight / pdf_light));
     }
 }
 

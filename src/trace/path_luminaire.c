@@ -51,11 +51,7 @@ static void path_meet(const struct path_tracer *tracer, struct path_worker *work
     struct path *path = &worker->paths[crossings[0].item];
     for (size_t i = 0; i < count; i++) {
         const struct crossing *crossing = &crossings[i];
-        float pdf_light = 0;
-        if (crossing->wants_pdf)
-            pdf_light =
-                crossing->pdf_sa * light_select_pmf_luminaire(tracer->lights, &path->vertex, crossing->luminaire);
-        float weight = path_hit_weight(tracer, path, pdf_light);
+        float weight = path_crossing_weight(tracer, path, crossing);
         if (weight > 0 && !rgb_is_black(crossing->radiance)) {
             rgb radiance = rgb_mul(crossing->radiance, visibility_beyond(tracer, path, crossing));
             if (stops_inside(path, (int)crossing->luminaire)) radiance = rgb_mul(radiance, path->fork.weight);

@@ -55,11 +55,7 @@ void path_luminaire_residual(const struct path_tracer *tracer, struct path_worke
         for (size_t i = 0; i < worker->crossings.count; i++) {
             const struct crossing *crossing = &worker->crossings.crossings[i];
             struct path *path = &worker->paths[crossing->item];
-            float pdf_light = 0;
-            if (crossing->wants_pdf)
-                pdf_light =
-                    crossing->pdf_sa * light_select_pmf_luminaire(tracer->lights, &path->vertex, crossing->luminaire);
-            float weight = path_hit_weight(tracer, path, pdf_light);
+            float weight = path_crossing_weight(tracer, path, crossing);
             if (weight == 0) continue;
             rgb radiance = residual_correct(tracer->residual, &worker->walks[i], crossing->radiance, path->look,
                                             path->sampler, draw_of(path, false), depth_left(tracer, path->depth));

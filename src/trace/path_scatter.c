@@ -1,12 +1,13 @@
 // Path tracer, last stage of a bounce: a new direction from the BSDF, Russian roulette, and the list of paths that go
 // on. Roulette is played with beta * eta^2: radiance is compressed inside a refracting body and expands again when it
 // leaves, so beta alone would end paths there that matter (van Antwerpen 2011, in the form Mitsuba has it).
+// path_roulette.c has the probability.
 #include "trace/path_state.h"
 
 static bool path_play_roulette(const struct path_tracer *tracer, struct path *path) {
-    if (path->depth < tracer->scene->rr_depth) return true;
+    float survival = path_survival(tracer, path);
+    if (survival >= 1) return true;
     struct sampler sampler = path_sampler(path, PATH_DIMENSION_ROULETTE);
-    float survival = fminf(rgb_max(path->beta) * sqrf(path->eta), 0.95f);
     if (sampler_1d(&sampler) >= survival) return false;
     path->beta = rgb_scale(path->beta, 1 / survival);
     return true;

@@ -1,5 +1,5 @@
 // What the stages of the path tracer share. A block of paths (one tile of the film) goes through
-//   generate, then until none is left: intersect, luminaire, view, hit, light, shadow, scatter
+//   generate, then until none is left: intersect, luminaire, view, hit, light, shadow, arrive, scatter
 // one stage for all paths at a time, so that the queries of baked luminaires come in batches. One worker owns one
 // block.
 #pragma once
@@ -12,7 +12,7 @@
 #include "trace/path.h"
 #include "trace/residual.h"
 
-enum { PATH_STAGES = 7, PATH_TILE = 32, PATH_BLOCK = PATH_TILE * PATH_TILE };
+enum { PATH_STAGES = 8, PATH_TILE = 32, PATH_BLOCK = PATH_TILE * PATH_TILE };
 
 // Random dimensions of one path: the camera's, then a fixed share for every edge.
 enum path_dimension {
@@ -39,6 +39,7 @@ struct path {
     uint32_t edge; // rays so far, with those that only went on through a surface
     uint32_t pixel; // in the film
     float eta; // product of the relative indices of refraction
+    float expected; // luminance of the pixel as earlier passes found it; 0: not known
     float pdf; // [1/sr] of the ray's direction at `vertex`; 0: camera or delta, which no light sample can give
     struct light_point vertex; // where the path scattered last, as light_select sees it
     bool look; // camera ray, or delta scattering only since
@@ -89,6 +90,7 @@ struct path_tracer {
     int tiles_x;
     const struct run *run;
     bool cancelled;
+    float *expected, typical; // by path_roulette.c: for every pixel, and of the whole picture
 };
 
 struct luminaire_request {
@@ -113,7 +115,12 @@ void path_luminaire_residual(const struct path_tracer *tracer, struct path_worke
 void path_light_residual(const struct path_tracer *tracer, struct path_worker *worker, uint32_t luminaire,
                          const struct luminaire_request *requests, size_t count);
 void path_shadow(const struct path_tracer *tracer, struct path_worker *worker);
+void path_arrive(const struct path_tracer *tracer, struct path_worker *worker);
 void path_scatter(const struct path_tracer *tracer, struct path_worker *worker);
+
+// Russian roulette by what earlier passes found.
+void path_expect(struct path_tracer *tracer); // before a pass
+float path_survival(const struct path_tracer *tracer, const struct path *path); // after a bounce
 
 // beta * f |cos| for light from `direction`, and the density with which scattering gives it.
 rgb path_response(const struct path *path, vec3 direction, float *pdf_bsdf);
@@ -151,6 +158,15 @@ static inline float power_heuristic(float pdf, float other) {
 static inline float path_hit_weight(const struct path_tracer *tracer, const struct path *path, float pdf_light) {
     if (path->pdf == 0 || tracer->strategy == PATH_BSDF_ONLY || !(pdf_light > 0)) return 1;
     return tracer->strategy == PATH_LIGHTS_ONLY ? 0 : power_heuristic(path->pdf, pdf_light);
+}
+
+// The same for a crossing that has been answered.
+static inline float path_crossing_weight(const struct path_tracer *tracer, const struct path *path,
+                                         const struct crossing *crossing) {
+    float pdf_light = 0;
+    if (crossing->wants_pdf)
+        pdf_light = crossing->pdf_sa * light_select_pmf_luminaire(tracer->lights, &path->vertex, crossing->luminaire);
+    return path_hit_weight(tracer, path, pdf_light);
 }
 
 // Weight of a light sample that scattering would have found with `pdf_bsdf`; deltas can be found in no other way.

@@ -18,7 +18,9 @@ struct result {
     struct image image;
 };
 
-static void render(const char *xml, enum path_strategy strategy, int passes, int threads, struct result *result) {
+// `forgetful`: every pass is rendered as if it were the first.
+static void render_by(const char *xml, enum path_strategy strategy, int passes, int threads, bool forgetful,
+                      struct result *result) {
     char path[] = "/tmp/sconce_test_path_XXXXXX.xml";
     int descriptor = mkstemps(path, 4);
     assert_true(descriptor >= 0);
@@ -36,7 +38,9 @@ static void render(const char *xml, enum path_strategy strategy, int passes, int
     assert_int_equal(film_init(&film, scene.sensor, &error), STATUS_OK);
     assert_int_equal(path_create(&scene, &run, strategy, &state, &error), STATUS_OK);
     for (int pass = 0; pass < passes; pass++) {
-        assert_int_equal(path_integrator.render_pass(state, &film, pass, &run, &error), STATUS_OK);
+        struct film first = film;
+        first.pass_count = 0;
+        assert_int_equal(path_integrator.render_pass(state, forgetful ? &first : &film, pass, &run, &error), STATUS_OK);
         film_end_pass(&film, 1);
     }
     *result = (struct result){.dropped = path_dropped(state)};
@@ -50,6 +54,10 @@ static void render(const char *xml, enum path_strategy strategy, int passes, int
     path_integrator.destroy(state);
     film_fini(&film);
     scene_fini(&scene);
+}
+
+static void render(const char *xml, enum path_strategy strategy, int passes, int threads, struct result *result) {
+    render_by(xml, strategy, passes, threads, false, result);
 }
 
 #define CAMERA(origin, target, fov, size)                                                                              \
@@ -191,11 +199,35 @@ static void test_strategies_agree(void **unused) {
 static void test_threads_do_not_matter(void **unused) {
     (void)unused;
     struct result one, three;
-    render(mixed_scene, PATH_MIS, 2, 1, &one);
-    render(mixed_scene, PATH_MIS, 2, 3, &three);
+    render(mixed_scene, PATH_MIS, 6, 1, &one); // so many that roulette knows the picture
+    render(mixed_scene, PATH_MIS, 6, 3, &three);
     assert_memory_equal(one.image.pixels, three.image.pixels, sizeof(float) * 6 * one.image.width * one.image.height);
     image_fini(&one.image);
     image_fini(&three.image);
+}
+
+// Roulette goes by what earlier passes found, and gives the same mean in less or other ways, pixel by pixel.
+static void test_roulette_keeps_the_mean(void **unused) {
+    (void)unused;
+    struct result with, without;
+    render_by(mixed_scene, PATH_MIS, 256, 1, false, &with);
+    render_by(mixed_scene, PATH_MIS, 256, 1, true, &without);
+    size_t count = with.image.width * with.image.height;
+    double chi2 = 0, differing = 0;
+    for (size_t i = 0; i < count; i++) {
+        const float *a = with.image.pixels + 6 * i, *b = without.image.pixels + 6 * i;
+        double variance = (double)a[4] + (double)b[4], difference = (double)a[1] - (double)b[1];
+        if (variance > 0) chi2 += difference * difference / variance / (double)count;
+        differing += difference != 0;
+    }
+    assert_true(differing > 0.5 * (double)count); // else there was no roulette
+    assert_true(chi2 < 1.3);
+    if (fabs(with.mean[1] - without.mean[1]) > 4 * hypot(with.error, without.error))
+        fail_msg("mean %g with roulette, %g without (standard errors %g, %g)", with.mean[1], without.mean[1],
+                 with.error, without.error);
+    assert_true(with.error < 0.005 * with.mean[1]);
+    image_fini(&with.image);
+    image_fini(&without.image);
 }
 
 int main(void) {
@@ -205,6 +237,7 @@ int main(void) {
                                        cmocka_unit_test(test_sky),
                                        cmocka_unit_test(test_mask),
                                        cmocka_unit_test(test_strategies_agree),
-                                       cmocka_unit_test(test_threads_do_not_matter)};
+                                       cmocka_unit_test(test_threads_do_not_matter),
+                                       cmocka_unit_test(test_roulette_keeps_the_mean)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
