@@ -15,6 +15,7 @@ const struct evaluation_effort evaluation_effort_full = {16000000, 16000000, 128
 const struct evaluation_effort evaluation_effort_paper = {16000000, 1000000, 32, 4096, 8, 2};
 
 enum { EVAL_BATCH = 1 << 16, BATCHES = 8 }; // noise is measured by how the batches differ
+enum { GUIDE_EXITS = 2000000 }; // of its own lamp's light: few leave gaps that make the luminaire's lines noisy
 
 static vec3 vec3_from(const float v[3]) { return (vec3){v[0], v[1], v[2]}; }
 
@@ -110,10 +111,21 @@ static void add_exits(const struct exit_list *list, struct line_bins *bins, stru
     flux_sums_add(sums, flux);
 }
 
-// The lamp's particles, batch by batch: no more of them are held at once. The first batch is the survey's.
+static enum status keep_exits(struct exit_list *kept, const struct exit_list *list, struct error *error) {
+    size_t count = kept->count + list->count;
+    struct line_exit *exits = realloc(kept->exits, (count + 1) * sizeof *exits);
+    if (!exits) return error_set(error, STATUS_MEMORY, "out of memory for %zu exits", count);
+    memcpy(exits + kept->count, list->exits, list->count * sizeof *exits);
+    kept->exits = exits;
+    kept->count = count;
+    return STATUS_OK;
+}
+
+// The lamp's particles, batch by batch: no more of them are held at once than a batch and `kept`, the first GUIDE_EXITS
+// or so. The first batch is the survey's.
 static enum status bin_particles(const struct lamp *lamp, const struct survey *survey, const struct run *run,
                                  struct line_bins *bins, struct wall *wall, struct flux_sums *sums,
-                                 struct error *error) {
+                                 struct exit_list *kept, struct error *error) {
     const size_t n = survey->exits.emitted;
     for (size_t batch = 0; batch < BATCHES; batch++) {
         struct exit_list list = {0};
@@ -124,7 +136,9 @@ static enum status bin_particles(const struct lamp *lamp, const struct survey *s
         const struct exit_list *exits = batch > 0 ? &list : &survey->exits;
         add_exits(exits, bins, sums);
         wall_add(wall, exits, batch & 1);
+        enum status status = kept->count < GUIDE_EXITS ? keep_exits(kept, exits, error) : STATUS_OK;
         exit_list_fini(&list);
+        if (status != STATUS_OK) return status;
         run_progress(run, "evaluating", 0.1 + 0.4 * (double)batch / BATCHES, 0, NULL);
     }
     return STATUS_OK;
@@ -134,21 +148,22 @@ static enum status compare_light(const struct luminaire *luminaire, const struct
                                  const struct survey *survey, size_t lines, const struct run *run, struct wall *wall,
                                  struct evaluation *evaluation, struct error *error) {
     vec3 center = vec3_from(lamp->proxy.center);
+    struct line_guide *guide = NULL;
+    struct line_bins reference = {0}, model = {0};
+    struct flux_sums flux_reference = {0}, flux_model = {0};
+    struct exit_list kept = {0};
+    enum status status = line_bins_init(&reference, center, lamp->proxy.radius, error);
+    if (status == STATUS_OK) status = line_bins_init(&model, center, lamp->proxy.radius, error);
+    if (status == STATUS_OK) status = bin_particles(lamp, survey, run, &reference, wall, &flux_reference, &kept, error);
     struct line_guide_options options = {.center = center,
                                          .radius = lamp->proxy.radius,
-                                         .exits = survey->exits.exits,
-                                         .exit_count = survey->exits.count,
+                                         .exits = kept.exits,
+                                         .exit_count = kept.count,
                                          .exponent = 0.75f,
                                          .clusters = survey->clusters,
                                          .cluster_count = survey->cluster_count,
                                          .cluster_share = 0.5f * survey->clear_share};
-    struct line_guide *guide = NULL;
-    struct line_bins reference = {0}, model = {0};
-    struct flux_sums flux_reference = {0}, flux_model = {0};
-    enum status status = line_guide_create(&guide, &options, error);
-    if (status == STATUS_OK) status = line_bins_init(&reference, center, lamp->proxy.radius, error);
-    if (status == STATUS_OK) status = line_bins_init(&model, center, lamp->proxy.radius, error);
-    if (status == STATUS_OK) status = bin_particles(lamp, survey, run, &reference, wall, &flux_reference, error);
+    if (status == STATUS_OK) status = line_guide_create(&guide, &options, error);
     if (status == STATUS_OK) status = bin_luminaire(luminaire, lamp, guide, lines, &model, &flux_model, error);
     if (status == STATUS_OK) {
         for (int c = 0; c < 3; c++) {
@@ -163,6 +178,7 @@ static enum status compare_light(const struct luminaire *luminaire, const struct
         evaluation->light_field_error = line_bins_radiance_error(&model, &reference);
     }
     line_guide_destroy(guide);
+    exit_list_fini(&kept);
     line_bins_fini(&reference);
     line_bins_fini(&model);
     return status;
