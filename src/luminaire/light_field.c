@@ -1,5 +1,5 @@
 // The light field L(u, w) = exp(z) * radiance_unit * scale. Its loss is docs/design.md's: the Kullback-Leibler form
-// sum mass L - target log L, whose gradient in z = log L is mass L - target, weighted by L / (L + 0.1) with that
+// sum mass L - target log L, whose gradient in z = log L is mass L - target, weighted by L / (L + 0.01) with that
 // weight's gradient stopped. Both terms are linear in the data, so noise of any size leaves the minimum where it is.
 #include "luminaire/light_field.h"
 
@@ -9,7 +9,7 @@
 
 #include "net/kernel.h"
 
-static const float dim = 0.1f; // radiance below which the weight falls off, in radiance units
+static const float dim = 0.01f; // radiance below which the weight falls off, in radiance units
 static const float z_max = 12, z_min = -12; // beyond, only gradients that lead back count
 
 // A NaN, which only a file with absurd weights can give, becomes darkness.
