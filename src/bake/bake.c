@@ -12,9 +12,9 @@
 #include "luminaire/paper.h"
 #include "scene/lamp_identity.h"
 
-// By quality, aims at 20 s, 2 minutes and half an hour on 2 cores.
+// By quality, aims at 20 s, 2 minutes and half an hour on 2 cores; bake_pace makes it less for a lamp that costs more.
 static const struct bake_plan plans[] = {
-    [BAKE_DRAFT] = {1000000, 0, 16, 36, 0, false, {500000, 1000000, 64, 512, 0, 0}, {.chunks = 12}},
+    [BAKE_DRAFT] = {1000000, 0, 16, 36, 0, false, {1000000, 2000000, 64, 512, 0, 0}, {.chunks = 12}},
     [BAKE_STANDARD] = {3000000, 4, 100, 240, 0, false, {4000000, 4000000, 128, 1024, 0, 0}, {.chunks = 120}},
     [BAKE_HIGH] = {8000000, 24, 1500, 5000, 0, false, {16000000, 8000000, 128, 2048, 0, 0}, {.chunks = 1500}},
 };
@@ -52,6 +52,8 @@ static enum status survey_lamp(struct bake_job *job, struct error *error) {
         job->aims[i] = (struct aim){job->survey.clusters[i].center, 1.05f * job->survey.clusters[i].radius};
     job->lamp.aims = job->aims;
     job->lamp.aim_count = job->survey.cluster_count;
+    status = bake_pace(job, error);
+    if (status != STATUS_OK) return status;
     status = survey_exits(&job->survey, &job->lamp, STREAM_SURVEY, job->plan.survey_particles, job->run, error);
     if (status != STATUS_OK) return status;
     const struct proxy *proxy = &job->lamp.proxy;
@@ -78,13 +80,24 @@ static void describe_job(const struct bake_job *job, char text[80]) {
 }
 
 static enum status create_transparency(struct bake_job *job, struct error *error) {
-    const struct transparency_options options = {
+    struct transparency_options options = {
         .proxy = &job->lamp.proxy,
         .hull = bake_camera_sees_all(&job->scene) ? job->view.hull : NULL, // else the file's hull may be left out
         .log2_entries = job->plan.log2_entries,
         .packed = job->plan.packed,
         .steps = job->plan.transparency_chunks * CHUNK_STEPS,
         .seed = job->lamp.seed};
+    bool fits = true;
+    enum status status = transparency_create(&job->transparency, &options, error);
+    if (status == STATUS_OK && options.hull)
+        status = transparency_fits_hull(job->transparency, &job->lamp, &fits, error);
+    if (status != STATUS_OK || fits) return status;
+    run_warn(job->run,
+             "the lamp is too fine for a hull of %zu triangles; its transparency is learned without, and "
+             "appearance=surface will miss parts of it",
+             job->plan.view.triangles);
+    transparency_destroy(job->transparency);
+    options.hull = NULL;
     return transparency_create(&job->transparency, &options, error);
 }
 

@@ -12,16 +12,15 @@
 #include "format/safetensors.h"
 
 enum { VALUE_SIZE = 4400, KEYS = 12 };
-static const size_t least_lines = 2000000; // that the sampling density is built from
 static const char *const quality_names[] = {"draft", "standard", "high"};
 
 // Fills `exits` with lines as the field shows them.
 static enum status scale_light(struct bake_job *job, struct exit_list *exits, float scale[3], struct error *error) {
-    const size_t lines = job->survey.exits.emitted > least_lines ? job->survey.exits.emitted : least_lines;
     double flux[3], noise[3];
     enum status status = light_field_finish(job->light.field, error);
     if (status != STATUS_OK) return status;
-    status = light_field_exits(job->light.field, &job->lamp, job->guide, lines, exits, flux, noise, error);
+    status = light_field_exits(job->light.field, &job->lamp, job->guide, job->field_lines, job->most_field_lines, exits,
+                               flux, noise, error);
     if (status != STATUS_OK) return status;
     for (int c = 0; c < 3; c++) {
         scale[c] = flux[c] > 0 ? (float)(job->survey.flux[c] / flux[c]) : 1;

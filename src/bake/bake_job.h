@@ -25,6 +25,8 @@ struct bake_job {
     struct bake_plan plan;
     double start_s, deadline_s; // clock_wall_s; deadline only where options->seconds > 0, else infinity
     double survey_s; // what the survey took: a measure of how fast the lamp is traced here
+    size_t field_lines, most_field_lines; // of the finished field, for its flux and the sampling density
+    double particle_s, line_s; // wall time of one particle, and of one query of the light field (0: not known yet)
     struct arena arena;
     struct scene scene;
     struct lamp lamp;
@@ -48,6 +50,8 @@ struct bake_plan bake_plan_work(const struct bake_options *options);
 enum status bake_lamp_plan(const struct bake_options *options, const struct bake_plan *plan, const struct run *run,
                            struct bake_report *report, struct error *error);
 
+// Fits the plan to what the lamp's particles cost.
+enum status bake_pace(struct bake_job *job, struct error *error);
 // A point light is never hit by a camera line.
 bool bake_camera_sees_all(const struct scene *scene);
 // Chooses data source and encoding by short trainings of candidates, scored on held-out light.

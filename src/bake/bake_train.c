@@ -10,6 +10,8 @@ static const double checkpoint_period_s = 25, score_period_s = 4;
 static const double transparency_time_share = 0.15; // of a bake with --seconds
 static const double view_time_share = 0.2; // the same
 static const double finish_surveys = 3.5; // the last stage takes about as long as so many surveys
+static const double finish_margin = 1.3; // for what it does besides
+enum { SAMPLING_LINES = 8192 }; // queries of a shading point
 
 static enum status save_checkpoint(struct bake_job *job, struct error *error) {
     job->checkpoint.traced = job->light.traced;
@@ -62,8 +64,12 @@ static enum status train_transparency(struct bake_job *job, double *last_checkpo
     return status;
 }
 
+// Known by the light field's lines: the flux's and the evaluation's. Else (the published networks) by a rule of thumb.
 double bake_reserve_s(const struct bake_job *job) {
-    return fmin(finish_surveys * job->survey_s, 0.4 * job->options->seconds);
+    const struct evaluation_effort *effort = &job->plan.evaluation;
+    double lines = (double)(effort->lines + effort->light_points * SAMPLING_LINES + 2 * job->field_lines);
+    double known = job->particle_s * (double)effort->particles + job->line_s * lines;
+    return fmin(job->line_s > 0 ? finish_margin * known : finish_surveys * job->survey_s, 0.4 * job->options->seconds);
 }
 
 bool bake_has_view(const struct bake_job *job) {
@@ -77,7 +83,7 @@ static double view_time(const struct bake_job *job) {
 static enum status train_light(struct bake_job *job, double *last_checkpoint_s, struct error *error) {
     const bool timed = job->options->seconds > 0;
     const double start = clock_wall_s();
-    const double stop = job->deadline_s - bake_reserve_s(job) - view_time(job);
+    double stop = job->deadline_s - bake_reserve_s(job) - view_time(job);
     double last_score_s = -score_period_s, score = NAN;
     size_t done_here = 0;
     enum status status = STATUS_OK;
@@ -94,8 +100,12 @@ static enum status train_light(struct bake_job *job, double *last_checkpoint_s, 
         done_here++;
         if (now - last_score_s >= score_period_s) {
             last_score_s = now;
+            double begun = clock_wall_s();
             status = held_out_score(&job->held_out, job->light.field, &job->lamp, &score, error);
             if (status != STATUS_OK) break;
+            double queries = (double)(job->held_out.line_count + job->held_out.exits.count);
+            job->line_s = (clock_wall_s() - begun) / queries;
+            stop = job->deadline_s - bake_reserve_s(job) - view_time(job);
         }
         char detail[96];
         snprintf(detail, sizeof detail, "loss %.4f, held-out %.4f", job->light.loss, score);

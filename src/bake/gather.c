@@ -27,7 +27,7 @@ struct particle_job {
     size_t first, n, first_block;
     struct line_exit *exits; // slots of all particles of the call
     vec3 *origins; // or NULL
-    size_t *counts; // exits of each block
+    size_t (*counts)[2]; // exits of each block, rays traced for it
 };
 
 static void trace_particle_block(void *user, size_t index, int worker) {
@@ -36,11 +36,12 @@ static void trace_particle_block(void *user, size_t index, int worker) {
     const size_t block = job->first_block + index;
     const struct proxy *proxy = &job->lamp->proxy;
     vec3 center = vec3_from(proxy->center);
-    size_t begin = block * BLOCK, end = begin + BLOCK < job->n ? begin + BLOCK : job->n, count = 0;
+    size_t begin = block * BLOCK, end = begin + BLOCK < job->n ? begin + BLOCK : job->n, count = 0, rays = 0;
     for (size_t i = begin; i < end; i++) {
         struct sampler sampler = sampler_make(job->lamp->seed, job->stream, job->first + i);
         struct particle_exit exit;
         trace_particle(job->lamp->scene, &sampler, MAX_DEPTH, &exit);
+        rays += (size_t)exit.rays;
         if (!exit.escaped) continue;
         vec3 p = vec3_sub(exit.point, center); // onto the bounding sphere
         float b = vec3_dot(p, exit.direction), c = vec3_dot(p, p) - sqrf(proxy->radius);
@@ -52,7 +53,8 @@ static void trace_particle_block(void *user, size_t index, int worker) {
         if (job->origins) job->origins[begin + count] = exit.point;
         count++;
     }
-    job->counts[block] = count;
+    job->counts[block][0] = count;
+    job->counts[block][1] = rays;
 }
 
 enum status gather_exits(struct exit_list *list, const struct lamp *lamp, enum gather_stream stream, size_t first,
@@ -80,10 +82,12 @@ enum status gather_exits(struct exit_list *list, const struct lamp *lamp, enum g
         return error_set(error, STATUS_CANCELLED, "cancelled while particles were traced");
     }
     for (size_t block = 0; block < blocks; block++) {
-        memmove(list->exits + list->count, list->exits + block * BLOCK, job.counts[block] * sizeof *list->exits);
+        memmove(list->exits + list->count, list->exits + block * BLOCK, job.counts[block][0] * sizeof *list->exits);
         if (origins)
-            memmove(list->origin + list->count, list->origin + block * BLOCK, job.counts[block] * sizeof *list->origin);
-        list->count += job.counts[block];
+            memmove(list->origin + list->count, list->origin + block * BLOCK,
+                    job.counts[block][0] * sizeof *list->origin);
+        list->count += job.counts[block][0];
+        list->rays += job.counts[block][1];
     }
     free(job.counts);
     return STATUS_OK;
@@ -118,6 +122,14 @@ static struct ray camera_ray(const struct lamp *lamp, vec3 point, vec3 w) {
     return (struct ray){vec3_mad(w, 1e-3f * lamp->proxy.radius, point), vec3_neg(w), 0, INFINITY};
 }
 
+static void trace_line(const struct lamp *lamp, struct line_sample *line, struct sampler *sampler) {
+    struct ray ray = camera_ray(lamp, vec3_from(line->point), vec3_from(line->w));
+    struct line_hit hit;
+    trace_line_radiance(lamp->scene, &ray, sampler, lamp->aims, lamp->aim_count, MAX_DEPTH, &hit);
+    rgb y = rgb_scale(hit.radiance, line->mass);
+    store(line->target, (vec3){y.r, y.g, y.b});
+}
+
 static void gather_line_block(void *user, size_t block, int worker) {
     (void)worker;
     const struct line_job *job = user;
@@ -136,12 +148,7 @@ static void gather_line_block(void *user, size_t block, int worker) {
         store(line->point, point);
         store(line->w, w);
         line->mass = 1 / density;
-        if (!job->trace) continue;
-        struct ray ray = camera_ray(job->lamp, point, w);
-        struct line_hit hit;
-        trace_line_radiance(job->lamp->scene, &ray, &sampler, job->lamp->aims, job->lamp->aim_count, MAX_DEPTH, &hit);
-        rgb y = rgb_scale(hit.radiance, line->mass);
-        store(line->target, (vec3){y.r, y.g, y.b});
+        if (job->trace) trace_line(job->lamp, line, &sampler);
     }
 }
 
@@ -149,6 +156,20 @@ void gather_lines(struct line_sample *lines, const struct lamp *lamp, const stru
                   enum gather_stream stream, size_t first, size_t n, bool trace) {
     struct line_job job = {lamp, guide, (uint64_t)stream << 56 | 1, first, n, trace, 1, 0, NULL, lines};
     parallel_for(lamp->threads, (n + BLOCK - 1) / BLOCK, gather_line_block, &job);
+}
+
+static void retrace_block(void *user, size_t block, int worker) {
+    (void)worker;
+    const struct line_job *job = user;
+    for (size_t i = block * BLOCK; i < (block + 1) * BLOCK && i < job->n; i++) {
+        struct sampler sampler = sampler_make(job->lamp->seed, job->stream, job->first + i);
+        if (job->lines[i].mass > 0) trace_line(job->lamp, &job->lines[i], &sampler);
+    }
+}
+
+void gather_again(struct line_sample *lines, const struct lamp *lamp, enum gather_stream stream, size_t n) {
+    struct line_job job = {.lamp = lamp, .stream = (uint64_t)stream << 56 | 3, .n = n, .lines = lines};
+    parallel_for(lamp->threads, (n + BLOCK - 1) / BLOCK, retrace_block, &job);
 }
 
 static rgb mean_transmittance(const struct line_job *job, size_t index, vec3 exit, vec3 w) {

@@ -35,7 +35,7 @@ struct lamp { // what is baked, as the tracers see it
 struct exit_list {
     struct line_exit *exits;
     vec3 *origin; // where each was emitted or scattered last; NULL where nobody asked
-    size_t count, emitted;
+    size_t count, emitted, rays; // exits; particles, and the rays traced for them
 };
 
 // Traces the particles [first, first + n) of a stream. Exits that the proxy's bounding sphere does not see cannot
@@ -48,6 +48,8 @@ void exit_list_fini(struct exit_list *list);
 // `trace`, else 0. Lines that miss the proxy have mass 0 and target 0 and count as samples.
 void gather_lines(struct line_sample *lines, const struct lamp *lamp, const struct line_guide *guide,
                   enum gather_stream stream, size_t first, size_t n, bool trace);
+// Traces the first n lines of a stream once more, by other random numbers.
+void gather_again(struct line_sample *lines, const struct lamp *lamp, enum gather_stream stream, size_t n);
 
 // Uniform lines that cross the proxy: mass = 1, target = the mean of `repeats` estimates of the transmittance, of fewer
 // where the first 64 agree. Another `round`: other estimates on the same lines. `learner`: lines that it does not learn

@@ -5,7 +5,7 @@
 #include "bake/training.h"
 #include "base/parallel.h"
 
-enum { BLOCK = 4096, FLUX_BATCH = 1 << 16, MOST_FLUX_BATCHES = 128 };
+enum { BLOCK = 4096, FLUX_BATCH = 1 << 16 };
 static const double flux_noise_goal = 0.0015;
 
 struct eval_job {
@@ -92,14 +92,14 @@ static void keep_exits(struct exit_list *exits, const struct line_sample *lines,
 }
 
 enum status light_field_exits(const struct light_field *field, const struct lamp *lamp, const struct line_guide *guide,
-                              size_t least, struct exit_list *exits, double flux[3], double noise[3],
+                              size_t least, size_t most, struct exit_list *exits, double flux[3], double noise[3],
                               struct error *error) {
-    const size_t batches = (least + FLUX_BATCH - 1) / FLUX_BATCH;
+    const size_t batches = (least + FLUX_BATCH - 1) / FLUX_BATCH, last = (most + FLUX_BATCH - 1) / FLUX_BATCH;
     struct line_sample *lines = malloc(FLUX_BATCH * sizeof *lines);
     float(*radiance)[3] = malloc(FLUX_BATCH * sizeof *radiance);
     *exits = (struct exit_list){.exits = malloc((batches * FLUX_BATCH + 1) * sizeof *exits->exits)};
     double sum[3] = {0, 0, 0}, squares[3] = {0, 0, 0}, largest = (double)INFINITY;
-    for (size_t b = 0; b < (batches > MOST_FLUX_BATCHES ? batches : MOST_FLUX_BATCHES); b++) {
+    for (size_t b = 0; b < (batches > last ? batches : last); b++) {
         if (!lines || !radiance || !exits->exits || (b >= batches && largest < flux_noise_goal)) break;
         gather_lines(lines, lamp, guide, STREAM_SCALE, b * FLUX_BATCH, FLUX_BATCH, false);
         eval_lines(field, lines, FLUX_BATCH, lamp->threads, radiance);

@@ -10,9 +10,10 @@
 #include "base/parallel.h"
 #include "math/warp.h"
 
-enum { ANALYTIC_ROWS = 12, ANALYTIC_COLUMNS = 24, TRIES = 64, MAX_PASSES = 64, BLOCK = 256 };
+enum { ANALYTIC_ROWS = 12, ANALYTIC_COLUMNS = 24, LEAST_TRIES = 4, MOST_TRIES = 64, MAX_PASSES = 64, BLOCK = 256 };
 static const float tolerance = 3e-4f; // [proxy radius]
 static const float glass_stiffness = 4;
+static const double look_rays = 8e6; // at most, of all triangles together
 
 struct builder {
     const struct lamp *lamp;
@@ -165,11 +166,12 @@ static bool gets_out(const struct builder *b, struct ray ray) {
 static void look_block(void *user, size_t block, int worker) {
     (void)worker;
     struct builder *b = user;
+    const int tries = (int)fmin(MOST_TRIES, fmax(LEAST_TRIES, look_rays / (double)b->mesh.triangle_count));
     size_t end = (block + 1) * BLOCK < b->mesh.triangle_count ? (block + 1) * BLOCK : b->mesh.triangle_count;
     for (size_t t = block * BLOCK; t < end; t++) {
         const struct shape *shape = b->lamp->scene->shapes[b->shape[t]];
         struct sampler sampler = sampler_make(b->lamp->seed, (uint64_t)STREAM_HULL << 56, t);
-        for (int k = 0; k < TRIES && !b->visible[t]; k++) {
+        for (int k = 0; k < tries && !b->visible[t]; k++) {
             struct surface surface;
             if (b->primitive[t] == UINT32_MAX) {
                 surface = (struct surface){.shape = shape};

@@ -10,7 +10,8 @@
 
 static const float widening = 1.01f;
 static const float sphere_preference = 0.85f; // another proxy must have less than this share of the sphere's area
-enum { BALL_STEPS = 400, SAMPLE_GRID = 33 };
+static const float far_share = 0.8f; // of the farthest distance: beyond, a point may yet be the farthest
+enum { BALL_STEPS = 400, COARSE_STEPS = 40, SAMPLE_GRID = 33 };
 
 struct point_list {
     vec3 *points;
@@ -49,27 +50,41 @@ static enum status collect_points(struct point_list *list, const struct scene *s
     return STATUS_OK;
 }
 
-// The smallest ball round the points with their component along `axis` (unit, or zero for none) left out.
+static float across2(vec3 p, vec3 c, vec3 axis, vec3 *offset) {
+    vec3 d = vec3_sub(p, c);
+    *offset = d = vec3_mad(axis, -vec3_dot(d, axis), d);
+    return vec3_dot(d, d);
+}
+
+// The smallest ball round the points with their component along `axis` (unit, or zero for none) left out. The first
+// steps find nearly the centre; the others look only at points that are far from there, and the radius at all again.
 static float fit_ball(const struct point_list *list, vec3 axis, vec3 *center) {
-    vec3 c = vec3_mad(axis, -vec3_dot(list->points[0], axis), list->points[0]);
-    float radius = 0;
-    for (int step = 1; step <= BALL_STEPS; step++) {
+    vec3 c = vec3_mad(axis, -vec3_dot(list->points[0], axis), list->points[0]), towards = {0, 0, 0}, d;
+    size_t *far = malloc((list->count + 1) * sizeof *far);
+    size_t count = list->count;
+    bool all = true;
+    for (int step = 1; step < BALL_STEPS; step++) {
         float farthest = -1;
-        vec3 towards = {0, 0, 0};
-        for (size_t i = 0; i < list->count; i++) {
-            vec3 d = vec3_sub(list->points[i], c);
-            d = vec3_mad(axis, -vec3_dot(d, axis), d);
-            float d2 = vec3_dot(d, d);
+        for (size_t i = 0; i < count; i++) {
+            float d2 = across2(list->points[all ? i : far[i]], c, axis, &d);
             if (d2 > farthest) {
                 farthest = d2;
                 towards = d;
             }
         }
-        radius = sqrtf(farthest);
-        if (step < BALL_STEPS) c = vec3_mad(towards, 1.0f / (float)(step + 1), c);
+        if (step == COARSE_STEPS && far) {
+            all = false;
+            count = 0;
+            for (size_t i = 0; i < list->count; i++)
+                if (across2(list->points[i], c, axis, &d) >= sqrf(far_share) * farthest) far[count++] = i;
+        }
+        c = vec3_mad(towards, 1.0f / (float)(step + 1), c);
     }
+    float radius2 = 0;
+    for (size_t i = 0; i < list->count; i++) radius2 = fmaxf(radius2, across2(list->points[i], c, axis, &d));
+    free(far);
     *center = c;
-    return radius;
+    return sqrtf(radius2);
 }
 
 static void fit_sphere(struct proxy *proxy, const struct point_list *list) {

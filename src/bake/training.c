@@ -11,6 +11,7 @@ const struct encoding_choice encoding_choices[ENCODING_CHOICES] = {
     {"grid4", true, false}, {"shells", false, true}, {"grid4+shells", true, true}};
 
 static const double least_exit_rate = 0.05; // of darker lamps a step has fewer exits than lines
+enum { HULL_LINES = 1 << 14 };
 enum { MOST_PER_STEP = LIGHT_BATCH + 10 * LIGHT_BATCH + CHUNK_STEPS }; // were every particle of a step to come out
 static const float anchor_reach = 0.1f; // [proxy radius]
 
@@ -87,20 +88,34 @@ static size_t compose_batch(struct light_training *training, const struct line_s
     return line_count + exit_count;
 }
 
+// Of chunk `chunk`. The survey's exits serve the first chunks: they are traced already.
+static enum status chunk_exits(struct light_training *training, size_t chunk, struct exit_list *exits, bool *lent,
+                               struct error *error) {
+    const struct exit_list *survey = &training->survey->exits;
+    double exit_rate = fmax(least_exit_rate, (double)training->survey->exit_rate);
+    size_t particles = (size_t)((double)(LIGHT_BATCH / 2 * CHUNK_STEPS) / exit_rate);
+    *lent = training->stream == STREAM_TRAINING && (chunk + 1) * particles <= survey->emitted;
+    if (*lent) {
+        double per_particle = (double)survey->count / (double)survey->emitted;
+        size_t first = (size_t)(per_particle * (double)(chunk * particles));
+        size_t last = (size_t)(per_particle * (double)((chunk + 1) * particles));
+        *exits = (struct exit_list){.exits = survey->exits + first, .count = last - first, .emitted = particles};
+        return STATUS_OK;
+    }
+    training->traced += particles;
+    return gather_exits(exits, training->lamp, training->stream, chunk * particles, particles, false, NULL, error);
+}
+
 enum status light_training_chunk(struct light_training *training, size_t chunk, struct error *error) {
     const enum data_source data = training->recipe.data;
     const size_t line_count = data == DATA_CAMERA ? LIGHT_BATCH : LIGHT_BATCH / 2;
     const size_t all_lines = line_count * CHUNK_STEPS;
     const float exit_share = data == DATA_CAMERA ? 0 : data == DATA_PARTICLES ? 1 : 0.5f;
     struct exit_list exits = {0};
+    bool lent = true;
     if (data != DATA_CAMERA) {
-        double wanted =
-            (double)(LIGHT_BATCH / 2 * CHUNK_STEPS) / fmax(least_exit_rate, (double)training->survey->exit_rate);
-        size_t particles = (size_t)wanted;
-        enum status status =
-            gather_exits(&exits, training->lamp, training->stream, chunk * particles, particles, false, NULL, error);
+        enum status status = chunk_exits(training, chunk, &exits, &lent, error);
         if (status != STATUS_OK) return status;
-        training->traced += particles;
     }
     gather_lines(training->samples, training->lamp, training->guide, training->stream, chunk * all_lines, all_lines,
                  data != DATA_PARTICLES);
@@ -114,7 +129,26 @@ enum status light_training_chunk(struct light_training *training, size_t chunk, 
         light_field_train(training->field, training->batch, n, training->lamp->threads, &loss);
         training->loss += loss / CHUNK_STEPS;
     }
-    exit_list_fini(&exits);
+    if (!lent) exit_list_fini(&exits);
+    return STATUS_OK;
+}
+
+enum status transparency_fits_hull(const struct transparency *transparency, const struct lamp *lamp, bool *fits,
+                                   struct error *error) {
+    struct line_sample *lines = malloc(HULL_LINES * sizeof *lines);
+    if (!lines) return error_set(error, STATUS_MEMORY, "out of memory for the hull's check");
+    gather_transmittance(lines, lamp, STREAM_TRANSPARENCY, 0, HULL_LINES, 1, 1, NULL);
+    double wrong = 0, sum = 0, count = 0;
+    for (size_t i = 0; i < HULL_LINES; i++) {
+        if (transparency_learns(transparency, lines[i].point, lines[i].w)) continue;
+        float t[3];
+        transparency_eval(transparency, 1, &lines[i].point, &lines[i].w, &t);
+        wrong += fabs((double)(t[1] - lines[i].target[1]));
+        sum += (double)lines[i].target[1];
+        count++;
+    }
+    free(lines);
+    *fits = wrong <= 0.5 * 2 * sum * (1 - sum / fmax(count, 1));
     return STATUS_OK;
 }
 

@@ -49,6 +49,10 @@ void light_training_destroy(struct light_training *training); // the field too, 
 // CHUNK_STEPS optimiser steps on freshly traced lines.
 enum status light_training_chunk(struct light_training *training, size_t chunk, struct error *error);
 
+// Whether the transparency's hull errs at most half as much as a constant would on the lines that it answers itself:
+// a hull of too few triangles for its lamp (a thousand feathers) is worse than none.
+enum status transparency_fits_hull(const struct transparency *transparency, const struct lamp *lamp, bool *fits,
+                                   struct error *error);
 // The same for the transparency; `samples` has CHUNK_STEPS * TRANSPARENCY_BATCH slots.
 // Returns how many lines it learned from.
 size_t transparency_training_chunk(struct transparency *transparency, const struct lamp *lamp, size_t chunk,
@@ -70,7 +74,7 @@ enum status held_out_score(const struct held_out *held_out, const struct light_f
 
 // At least `least` guided lines with the field's light as if they were exits (exit_list_fini is the caller's, also
 // after an error), the field's integral over all lines per channel and its relative standard error: of so many lines,
-// or of up to 8 million, as many as bring that error below 0.15 %.
+// or of up to `most`, as many as bring that error below 0.15 %.
 enum status light_field_exits(const struct light_field *field, const struct lamp *lamp, const struct line_guide *guide,
-                              size_t least, struct exit_list *exits, double flux[3], double noise[3],
+                              size_t least, size_t most, struct exit_list *exits, double flux[3], double noise[3],
                               struct error *error);

@@ -14,7 +14,14 @@
 #include "trace/line_view.h"
 #include "trace/particle_exit.h"
 
-enum { VIEW_STEPS = 16, VIEW_BATCH = 4096, BLOCK = 1024, PILOT_LINES = 1 << 16, MAX_DEPTH = 100, SCALE_CHUNKS = 16 };
+enum {
+    VIEW_STEPS = 16,
+    VIEW_BATCH = 4096,
+    BLOCK = 1024,
+    PILOT_LINES = 1 << 16,
+    MAX_DEPTH = 100,
+    MOST_SCALE_CHUNKS = 16
+};
 static const double least_share = 0.02, least_exit_rate = 0.05; // of lines that end on a surface, of particles
 
 struct view_training {
@@ -132,11 +139,11 @@ static bool make_room(struct view_training *training, const struct view_counts *
 // The last step: the field's integral over looking lines against the light of those that were traced or of the exits,
 // colour by colour.
 static enum status scale_field(struct view_training *training, struct view_field *field, enum data_source data,
-                               const struct view_counts *counts, struct error *error) {
+                               const struct view_counts *counts, size_t chunks, struct error *error) {
     const bool particles = data == DATA_PARTICLES;
     const double measure = (double)LINE_MEASURE(training->lamp->proxy.radius);
     double shown[3] = {0, 0, 0}, traced[3] = {0, 0, 0};
-    for (size_t k = 0; k < SCALE_CHUNKS; k++) {
+    for (size_t k = 0; k < chunks; k++) {
         size_t count = gather_views(training, STREAM_VIEW_SCALE, false, !particles, k * counts->lines, counts->lines,
                                     training->lines);
         struct view_point *points = malloc((count + 1) * sizeof *points);
@@ -187,15 +194,22 @@ static size_t compose_batch(struct view_training *training, const struct view_fi
     return n;
 }
 
+// scale_chunks: that the scale is to be found from, half as many as are learned from or less.
 static enum status train(struct view_training *training, struct view_field *field, const struct view_plan *plan,
-                         const struct view_counts *counts, const struct run *run, struct error *error) {
+                         const struct view_counts *counts, const struct run *run, size_t *scale_chunks,
+                         struct error *error) {
     const double start = clock_wall_s();
     const bool timed = plan->seconds > 0, trace = plan->data != DATA_PARTICLES;
+    double end = plan->seconds;
+    *scale_chunks = plan->chunks / 2 < MOST_SCALE_CHUNKS ? plan->chunks / 2 + 1 : MOST_SCALE_CHUNKS;
     for (size_t chunk = 0; timed || chunk < plan->chunks; chunk++) {
         double elapsed = clock_wall_s() - start, loss = 0;
         if (timed && chunk > 0) {
-            if (elapsed >= plan->seconds) break;
-            double left = (plan->seconds - elapsed) * (double)chunk / elapsed;
+            double chunk_s = elapsed / (double)chunk, most = fmax(1, 0.2 * plan->seconds / chunk_s);
+            *scale_chunks = most < MOST_SCALE_CHUNKS ? (size_t)most : MOST_SCALE_CHUNKS;
+            end = plan->seconds - (double)*scale_chunks * chunk_s;
+            if (elapsed >= end) break;
+            double left = (end - elapsed) / chunk_s;
             view_field_plan(field, (chunk + (size_t)left + 1) * VIEW_STEPS);
         }
         if (run_cancelled(run)) return error_set(error, STATUS_CANCELLED, "cancelled while the hull was learned");
@@ -242,8 +256,9 @@ static enum status learn(struct view_result *result, struct view_training *train
     counts.lines = (size_t)(half * VIEW_STEPS * VIEW_BATCH / fmax(share, least_share));
     counts.particles = (size_t)((1 - half) * VIEW_STEPS * VIEW_BATCH / fmax(exit_rate, least_exit_rate)) + 1;
     if (!make_room(training, &counts)) return error_set(error, STATUS_MEMORY, "out of memory for views");
-    status = train(training, result->field, plan, &counts, run, error);
-    return status ? status : scale_field(training, result->field, plan->data, &counts, error);
+    size_t scale_chunks;
+    status = train(training, result->field, plan, &counts, run, &scale_chunks, error);
+    return status ? status : scale_field(training, result->field, plan->data, &counts, scale_chunks, error);
 }
 
 enum status view_bake(struct view_result *result, const struct hull_map *map, const struct lamp *lamp,

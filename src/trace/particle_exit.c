@@ -57,6 +57,7 @@ void trace_particle_source(const struct scene *scene, const bool *glass, struct 
     int last_edge = max_depth < 0 ? max_edges : max_depth, edge = 1, slot = 0;
     for (int rays = 0; rays < max_edges; rays++) {
         struct surface *surface = &surfaces[slot];
+        exit->rays++;
         if (!scene_intersect(scene, &ray, -1, surface)) {
             if (edge > last_edge) return;
             exit->direction = ray.direction;

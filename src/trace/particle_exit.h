@@ -10,6 +10,7 @@ struct particle_exit {
     rgb flux; // the mean over all particles emitted (absorbed ones count 0) is the lamp's flux [W]
     bool escaped; // false: absorbed, flux is 0
     vec3 emission_point; // where it was born
+    int rays; // that were traced for it
 };
 
 // max_depth: edges, with the one that leaves; -1: unlimited. Unbiased: Russian roulette by brightness from the first
