@@ -59,14 +59,16 @@ enum status figure_baked(char *path, const struct figure_kit *kit, const char *l
 }
 
 int figure_lamps(const struct figure_kit *kit, char names[FIGURE_LAMPS][FIGURE_NAME]) {
-    char pattern[PATH_MAX];
+    char pattern[PATH_MAX], geometry[PATH_MAX];
     glob_t baked;
     int count = 0;
     evidence_baked(pattern, &kit->data, "*");
     if (glob(pattern, 0, NULL, &baked)) return 0;
     for (size_t i = 0; i < baked.gl_pathc && count < FIGURE_LAMPS; i++) {
         const char *name = strrchr(baked.gl_pathv[i], '/') + 1;
-        snprintf(names[count++], FIGURE_NAME, "%.*s", (int)(strrchr(name, '.') - name), name);
+        snprintf(names[count], FIGURE_NAME, "%.*s", (int)(strrchr(name, '.') - name), name);
+        evidence_lamp(geometry, &kit->data, names[count]);
+        if (!access(geometry, R_OK)) count++;
     }
     globfree(&baked);
     return count;

@@ -149,7 +149,7 @@ class Figures(unittest.TestCase):
         self.assertFalse([name for name in anew if name.startswith("diffuse_box")])
 
     def test_ctrl_c_leaves_a_page(self):
-        process = subprocess.Popen([SCONCE, "figures", "--data", "data", "--scale", "0.05", "--only", "13,16", "-o", "out/stopped"],
+        process = subprocess.Popen([SCONCE, "figures", "--data", "data", "--scale", "0.02", "--only", "13,16", "-o", "out/stopped"],
                                    cwd=self.path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         kept = self.path / "out/stopped/kept/diffuse_box_reference.json"
         for _ in range(1200):
@@ -163,7 +163,7 @@ class Figures(unittest.TestCase):
         self.assertIn("</html>", (self.path / "out/stopped/figures.html").read_text())
         self.assertEqual([path.name for path in (self.path / "out/stopped").rglob("*unfinished*")], [])
         stamp = kept.stat().st_mtime_ns
-        result = self.figures("-o", "out/stopped", "--scale", "0.05", "--only", "13", "--json")
+        result = self.figures("-o", "out/stopped", "--scale", "0.02", "--only", "13", "--json")
         self.assertEqual(kept.stat().st_mtime_ns, stamp)
         self.assertEqual(len(result["figures"]), 1)
 
