@@ -126,8 +126,10 @@ struct sconce_figures { // what was measured on held-out lines, beside the black
     float sample_variance, sample_variance_uniform;
     // By sconce_evaluate only (else false): the irradiance map of 256 x 256 pixels on a wall 2 radii away; orthographic
     // pictures of the lamp from 8 directions, as mean squared error of log(1 + x) in dB below the black image's. Noise
-    // is taken out of relMSE and dB; FLIP has it, so the FLIP of a perfect luminaire stands beside it.
+    // is taken out of relMSE and dB; FLIP is extrapolated to none (too large where errors are few), *_noise is what the
+    // noise alone would score.
     bool wall_measured, view_measured;
+    int view_samples; // lines a pixel of the direct views: up to 256, as many as need be within some 10 minutes
     float wall_relmse, wall_relmse_noise, wall_flip, wall_flip_noise;
     float view_gain_db, view_flip, view_flip_black, view_flip_noise;
     bool surface_measured; // the same pictures as the hull shows the lamp, where the file has one
@@ -221,9 +223,8 @@ struct sconce_table1_options {
     const char *only; // rows, with commas between them: "statler,star,blossom,feather,vintage"; NULL: all
 };
 // *json: {"rows": [{"luminaire", "scene", "speedup", ...}], "settings": {...}}; *markdown: the same to be read. free()
-// both. On SCONCE_CANCELLED they hold the finished rows (NULL without any), and the same call goes on from there; on other
-// errors they are NULL.
-// Errors: a baked lamp is missing, the folder cannot be written, an unknown row.
+// both. On SCONCE_CANCELLED they hold the finished rows (NULL without any), and the same call goes on from there; on
+// other errors they are NULL. Errors: a baked lamp is missing, the folder cannot be written, an unknown row.
 SCONCE_API enum sconce_status sconce_table1(const struct sconce_table1_options *options, const struct sconce_run *run,
                                             char **json, char **markdown, struct sconce_error *error);
 

@@ -18,6 +18,7 @@ static void figures_fill(struct sconce_figures *figures, const struct evaluation
                                        .wall_flip_noise = e->wall_flip_noise,
                                        .view_measured = e->view_measured,
                                        .view_gain_db = e->view_gain_db,
+                                       .view_samples = e->view_samples,
                                        .view_flip = e->view_flip,
                                        .view_flip_black = e->view_flip_black,
                                        .view_flip_noise = e->view_flip_noise,

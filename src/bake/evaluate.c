@@ -11,8 +11,8 @@
 #include "bake/survey.h"
 #include "base/parallel.h"
 
-const struct evaluation_effort evaluation_effort_full = {16000000, 16000000, 128, 4096, 128, 16};
-const struct evaluation_effort evaluation_effort_paper = {16000000, 1000000, 32, 4096, 8, 2};
+const struct evaluation_effort evaluation_effort_full = {16000000, 64000000, 128, 4096, 128, 256};
+const struct evaluation_effort evaluation_effort_paper = {16000000, 1000000, 32, 4096, 8, 4};
 
 enum { EVAL_BATCH = 1 << 16, BATCHES = 8 }; // noise is measured by how the batches differ
 enum { GUIDE_EXITS = 2000000 }; // of its own lamp's light: few leave gaps that make the luminaire's lines noisy
@@ -251,9 +251,9 @@ char *evaluation_json(const struct evaluation *e) {
                                       (double)e->wall_flip_noise));
     if (e->view_measured)
         json_object_set_new(root, "view",
-                            json_pack("{s:f, s:f, s:f, s:f}", "gain_db", (double)e->view_gain_db, "flip",
-                                      (double)e->view_flip, "flip_black", (double)e->view_flip_black, "flip_noise",
-                                      (double)e->view_flip_noise));
+                            json_pack("{s:i, s:f, s:f, s:f, s:f}", "samples", e->view_samples, "gain_db",
+                                      (double)e->view_gain_db, "flip", (double)e->view_flip, "flip_black",
+                                      (double)e->view_flip_black, "flip_noise", (double)e->view_flip_noise));
     if (e->surface_measured)
         json_object_set_new(
             root, "surface",

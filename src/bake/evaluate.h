@@ -22,12 +22,14 @@ struct evaluation {
     float sample_variance,
         sample_variance_uniform; // relative variance of L cos / p of one light sample; of uniform ones
     // Of the irradiance map on a square wall of 4 x 4 radii, 2 radii from the centre: relMSE less the noise of both
-    // sides, what that noise alone would add; of both maps smoothed by 2 pixels: FLIP, and that of a perfect luminaire.
+    // sides, what that noise alone would add; of both maps smoothed by 2 pixels: FLIP, extrapolated to no noise, and
+    // what noise alone would score.
     bool wall_measured;
     float wall_relmse, wall_relmse_noise, wall_flip, wall_flip_noise;
     // Of orthographic pictures of the lamp from 8 directions as the light field shows it: mean squared error of
-    // log(1 + x) less the noise, in dB below that of a black image; FLIP of both, and of a perfect luminaire.
+    // log(1 + x) less the noise, in dB below that of a black image; FLIP of both as for the wall, and of noise alone.
     bool view_measured;
+    int view_samples; // a pixel
     float view_gain_db, view_flip, view_flip_black, view_flip_noise;
     bool surface_measured; // the same pictures as the hull shows the lamp, where there is one
     float surface_gain_db, surface_flip;
@@ -36,7 +38,8 @@ struct evaluation {
 struct evaluation_effort {
     size_t particles, lines, light_points, transparency_lines;
     int wall_samples; // a pixel of the wall, of the luminaire; 0: the wall is not measured
-    int view_samples; // a pixel of the pictures; 0: they are not measured
+    int view_samples; // a pixel of the pictures at most, fewer where they suffice or time is short; 0: they are not
+                      // measured
 };
 extern const struct evaluation_effort evaluation_effort_full; // noise of irradiance below 0.5 %
 extern const struct evaluation_effort evaluation_effort_paper; // for the published networks, whose queries cost more

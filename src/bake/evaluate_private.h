@@ -14,10 +14,14 @@ struct image_pair {
 enum status image_pair_init(struct image_pair *pair, struct error *error); // RGB, square, black
 void image_pair_fini(struct image_pair *pair);
 enum status image_pair_mean(const struct image_pair *pair, struct image *mean, struct error *error);
-// FLIP of the model's mean against the reference's, both of one exposure; `noise`: of the model's mean against itself
-// with the noise of both added; `black`: of a black image.
+// FLIP of the model against the reference, both of one exposure, extrapolated to what it is without noise; `noise`: of
+// the model's mean against itself with the noise of both added; `black`: of a black image.
 enum status image_pair_flip(const struct image_pair *model, const struct image_pair *reference, double *flip,
                             double *noise, double *black, struct error *error);
+
+// log(1 + x) of what two equally noisy, independent estimates have as their mean, with the first order of the noise's
+// bias taken off.
+float log_of_mean(float x0, float x1);
 
 struct wall {
     vec3 center; // of the lamp

@@ -5,52 +5,85 @@
 #include "bake/evaluate_private.h"
 #include "bake/lamp_picture.h"
 
-enum { PIXELS = EVALUATION_PIXELS, VIEWS = 8 };
+enum { PIXELS = EVALUATION_PIXELS, VIEWS = 8, QUARTERS = 4 };
+static const size_t least_samples = 4; // of each quarter of a pixel
+
+struct picture { // independent pictures: two halves of two quarters each
+    struct image quarter[QUARTERS];
+};
+
+static enum status picture_init(struct picture *picture, struct error *error) {
+    enum status status = STATUS_OK;
+    for (int k = 0; k < QUARTERS && status == STATUS_OK; k++)
+        status = image_init(&picture->quarter[k], PIXELS, PIXELS, 3, error);
+    return status;
+}
+
+static void picture_fini(struct picture *picture) {
+    for (int k = 0; k < QUARTERS; k++) image_fini(&picture->quarter[k]);
+}
+
+static enum status picture_halves(const struct picture *picture, struct image_pair *pair, struct error *error) {
+    enum status status = image_pair_init(pair, error);
+    for (int half = 0; half < 2 && status == STATUS_OK; half++) {
+        const float *a = picture->quarter[2 * half].pixels, *b = picture->quarter[2 * half + 1].pixels;
+        for (size_t i = 0; i < 3 * PIXELS * PIXELS; i++) pair->half[half].pixels[i] = 0.5f * (a[i] + b[i]);
+    }
+    return status;
+}
+
+// log(1 + x) of a half's pixel value.
+static double picture_log(const struct picture *picture, int half, size_t i) {
+    return (double)log_of_mean(picture->quarter[2 * half].pixels[i], picture->quarter[2 * half + 1].pixels[i]);
+}
 
 struct view_job {
     const struct luminaire *luminaire;
     const struct lamp *lamp;
     uint64_t stream;
     vec3 w; // of the light
-    size_t samples; // of each half of a pixel
-    struct image_pair *model, *reference;
+    size_t samples; // of each quarter of a pixel
+    struct picture *model, *reference;
     const struct scene *hull; // or NULL
-    struct image_pair *surface;
+    struct picture *surface;
 };
 
 static void take_pictures(const struct view_job *job) {
-    for (int half = 0; half < 2; half++)
+    for (int k = 0; k < QUARTERS; k++)
         lamp_picture_take(&(struct lamp_picture){.luminaire = job->luminaire,
                                                  .lamp = job->lamp,
                                                  .hull = job->hull,
                                                  .w = job->w,
-                                                 .stream = job->stream | (uint64_t)half << 40,
+                                                 .stream = job->stream | (uint64_t)k << 40,
                                                  .samples = job->samples,
-                                                 .reference = &job->reference->half[half],
-                                                 .model = &job->model->half[half],
-                                                 .surface = &job->surface->half[half]});
+                                                 .reference = &job->reference->quarter[k],
+                                                 .model = &job->model->quarter[k],
+                                                 .surface = &job->surface->quarter[k]});
 }
 
-// Sums of squared differences of log(1 + x), free of noise but for the logarithm's curvature.
-static void log_errors(const struct image_pair *model, const struct image_pair *reference, double *squared,
-                       double *black) {
-    for (size_t i = 0; i < 3 * PIXELS * PIXELS; i++) {
-        double r0 = log1p((double)reference->half[0].pixels[i]), r1 = log1p((double)reference->half[1].pixels[i]);
-        double a = log1p(0.5 * (double)(model->half[0].pixels[i] + model->half[1].pixels[i]));
-        *squared += (a - r0) * (a - r1);
-        *black += r0 * r1;
-    }
+// Sums of squared differences of log(1 + x): products of the two halves' differences, free of noise in the mean.
+static double log_error(const struct picture *a, const struct picture *r) {
+    double sum = 0;
+    for (size_t i = 0; i < 3 * PIXELS * PIXELS; i++)
+        sum += (picture_log(a, 0, i) - picture_log(r, 0, i)) * (picture_log(a, 1, i) - picture_log(r, 1, i));
+    return sum;
 }
 
-// The same for pictures whose halves are independent of each other, but not of the reference's halves.
-static void log_errors_by_halves(const struct image_pair *model, const struct image_pair *reference, double *squared) {
-    for (size_t i = 0; i < 3 * PIXELS * PIXELS; i++) {
-        double difference[2];
-        for (int half = 0; half < 2; half++)
-            difference[half] =
-                log1p((double)model->half[half].pixels[i]) - log1p((double)reference->half[half].pixels[i]);
-        *squared += difference[0] * difference[1];
-    }
+static double log_square(const struct picture *picture) {
+    double sum = 0;
+    for (size_t i = 0; i < 3 * PIXELS * PIXELS; i++) sum += picture_log(picture, 0, i) * picture_log(picture, 1, i);
+    return sum;
+}
+
+static enum status picture_flip(const struct picture *picture, const struct picture *reference, double *flip,
+                                double *noise, double *black, struct error *error) {
+    struct image_pair a = {0}, r = {0};
+    enum status status = picture_halves(picture, &a, error);
+    if (status == STATUS_OK) status = picture_halves(reference, &r, error);
+    if (status == STATUS_OK) status = image_pair_flip(&a, &r, flip, noise, black, error);
+    image_pair_fini(&a);
+    image_pair_fini(&r);
+    return status;
 }
 
 struct view_sums {
@@ -60,27 +93,60 @@ struct view_sums {
 static enum status compare_view(const struct view_job *job, struct view_sums *sums, struct error *error) {
     double one, one_noise, one_black;
     take_pictures(job);
-    log_errors(job->model, job->reference, &sums->squared, &sums->black);
-    // The picture of the light field has the same places in each pixel: only the reference's noise counts.
-    struct image_pair still = {0};
-    enum status status = image_pair_mean(job->model, &still.half[0], error);
-    still.half[1] = still.half[0];
-    if (status == STATUS_OK) status = image_pair_flip(&still, job->reference, &one, &one_noise, &one_black, error);
+    sums->black += log_square(job->reference);
+    sums->squared += log_error(job->model, job->reference);
+    enum status status = picture_flip(job->model, job->reference, &one, &one_noise, &one_black, error);
     if (status == STATUS_OK) {
         sums->flip += one / VIEWS;
         sums->flip_noise += one_noise / VIEWS;
         sums->flip_black += one_black / VIEWS;
     }
-    image_fini(&still.half[0]);
     if (!job->hull || status != STATUS_OK) return status;
-    log_errors_by_halves(job->surface, job->reference, &sums->surface_squared);
-    status = image_pair_flip(job->surface, job->reference, &one, &one_noise, &one_black, error);
+    sums->surface_squared += log_error(job->surface, job->reference);
+    status = picture_flip(job->surface, job->reference, &one, &one_noise, &one_black, error);
     sums->surface_flip += one / VIEWS;
     return status;
 }
 
-static float gain_db(double squared, double black) {
-    return squared > 0 && black > 0 ? (float)(10 * log10(black / squared)) : 0;
+static double gain_db(double squared, double black) {
+    return squared > 0 && black > 0 ? 10 * log10(black / squared) : 0;
+}
+
+static enum status look(struct view_job *job, int view, struct view_sums *sums, struct error *error) {
+    struct picture model = {0}, reference = {0}, surface = {0};
+    enum status status = picture_init(&model, error);
+    if (status == STATUS_OK) status = picture_init(&reference, error);
+    if (status == STATUS_OK) status = picture_init(&surface, error);
+    job->stream = (uint64_t)STREAM_EVALUATION << 56 | 5ull << 48 | (uint64_t)view << 42;
+    job->w = vec3_normalize((vec3){view & 1 ? 1.0f : -1.0f, view & 2 ? 1.0f : -1.0f, view & 4 ? 1.0f : -1.0f});
+    job->model = &model;
+    job->reference = &reference;
+    job->surface = &surface;
+    if (status == STATUS_OK) status = compare_view(job, sums, error);
+    picture_fini(&model);
+    picture_fini(&reference);
+    picture_fini(&surface);
+    return status;
+}
+
+// What is left of the logarithm's bias shows in how the first view's figures move when there are 4 times as many
+// samples: the least number from which on they stay, or that the time allows. Adds that view to the sums.
+static enum status choose_samples(struct view_job *job, size_t most, struct view_sums *sums, struct error *error) {
+    static const double still_db = 0.1, longest_s = 600; // of all views
+    double previous = 0, previous_surface = 0;
+    for (job->samples = least_samples < most ? least_samples : most;; job->samples *= 4) {
+        *sums = (struct view_sums){0};
+        const double start = clock_wall_s();
+        enum status status = look(job, 0, sums, error);
+        if (status != STATUS_OK) return status;
+        double gain = gain_db(sums->squared, sums->black), surface = gain_db(sums->surface_squared, sums->black);
+        bool still = job->samples > least_samples && fabs(gain - previous) < still_db &&
+                     fabs(surface - previous_surface) < still_db;
+        const double next_s = 4 * VIEWS * (clock_wall_s() - start);
+        if (still || 4 * job->samples > most || next_s > longest_s) return STATUS_OK;
+        previous = gain;
+        previous_surface = surface;
+    }
 }
 
 enum status evaluate_views(const struct luminaire *luminaire, const struct lamp *lamp, int samples,
@@ -90,32 +156,16 @@ enum status evaluate_views(const struct luminaire *luminaire, const struct lamp 
     struct scene hull = {0};
     enum status status = has_hull ? scene_init_hull(&hull, luminaire, lamp->threads, error) : STATUS_OK;
     if (status != STATUS_OK) return status;
-    for (int view = 0; view < VIEWS && status == STATUS_OK; view++) {
-        struct image_pair model, reference = {0}, surface = {0};
-        status = image_pair_init(&model, error);
-        if (status == STATUS_OK) status = image_pair_init(&reference, error);
-        if (status == STATUS_OK) status = image_pair_init(&surface, error);
-        struct view_job job = {
-            .luminaire = luminaire,
-            .lamp = lamp,
-            .stream = (uint64_t)STREAM_EVALUATION << 56 | 5ull << 48 | (uint64_t)view << 42,
-            .w = vec3_normalize((vec3){view & 1 ? 1.0f : -1.0f, view & 2 ? 1.0f : -1.0f, view & 4 ? 1.0f : -1.0f}),
-            .samples = samples < 2 ? 1 : (size_t)samples / 2,
-            .model = &model,
-            .reference = &reference,
-            .hull = has_hull ? &hull : NULL,
-            .surface = &surface};
-        if (status == STATUS_OK) status = compare_view(&job, &sums, error);
-        image_pair_fini(&model);
-        image_pair_fini(&reference);
-        image_pair_fini(&surface);
-    }
-    evaluation->view_gain_db = gain_db(sums.squared, sums.black);
+    struct view_job job = {.luminaire = luminaire, .lamp = lamp, .hull = has_hull ? &hull : NULL};
+    status = choose_samples(&job, samples < 4 ? 1 : (size_t)samples / 4, &sums, error);
+    for (int view = 1; view < VIEWS && status == STATUS_OK; view++) status = look(&job, view, &sums, error);
+    evaluation->view_samples = QUARTERS * (int)job.samples;
+    evaluation->view_gain_db = (float)gain_db(sums.squared, sums.black);
     evaluation->view_flip = (float)sums.flip;
     evaluation->view_flip_noise = (float)sums.flip_noise;
     evaluation->view_flip_black = (float)sums.flip_black;
     evaluation->view_measured = status == STATUS_OK;
-    evaluation->surface_gain_db = gain_db(sums.surface_squared, sums.black);
+    evaluation->surface_gain_db = (float)gain_db(sums.surface_squared, sums.black);
     evaluation->surface_flip = (float)sums.surface_flip;
     evaluation->surface_measured = status == STATUS_OK && has_hull;
     scene_fini(&hull);

@@ -1,7 +1,7 @@
 // The pattern of light on a wall: the lamp's particles are caught on it, the luminaire lights it as a renderer would,
 // by samples of its density. Both are noisy at this resolution (a pixel is 1/64 radius wide), so both come as two
 // independent halves, and products of differences of different halves have the squared error as their mean. FLIP knows
-// no such way, so it sees both maps through a Gaussian of 2 pixels.
+// no such way: it sees both maps through a Gaussian of 2 pixels and is extrapolated to no noise.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -32,9 +32,9 @@ static void print_json(const struct sconce_figures *f) {
                                       (double)f->wall_flip_noise));
     if (f->view_measured)
         json_object_set_new(json, "view",
-                            json_pack("{s:f, s:f, s:f, s:f}", "gain_db", (double)f->view_gain_db, "flip",
-                                      (double)f->view_flip, "flip_black", (double)f->view_flip_black, "flip_noise",
-                                      (double)f->view_flip_noise));
+                            json_pack("{s:i, s:f, s:f, s:f, s:f}", "samples", f->view_samples, "gain_db",
+                                      (double)f->view_gain_db, "flip", (double)f->view_flip, "flip_black",
+                                      (double)f->view_flip_black, "flip_noise", (double)f->view_flip_noise));
     if (f->surface_measured)
         json_object_set_new(
             json, "surface",
@@ -60,11 +60,13 @@ void figures_print(const struct sconce_figures *f, bool json) {
     printf("  transparency error  %.4f (opaque %.4f; reference noise %.4f)\n", (double)f->transparency_error,
            (double)f->transparency_error_black, (double)f->transparency_noise);
     if (f->wall_measured)
-        printf("  wall at 2 radii     relMSE %.4f less noise of %.4f; FLIP %.3f (%.3f by noise alone)\n",
+        printf("  wall at 2 radii     relMSE %.4f less noise of %.4f; FLIP %.3f (noise alone: %.3f)\n",
                (double)f->wall_relmse, (double)f->wall_relmse_noise, (double)f->wall_flip, (double)f->wall_flip_noise);
     if (f->view_measured)
-        printf("  direct view         %.1f dB above black; FLIP %.3f (black %.3f; %.3f by noise alone)\n",
-               (double)f->view_gain_db, (double)f->view_flip, (double)f->view_flip_black, (double)f->view_flip_noise);
+        printf(
+            "  direct view         %.1f dB above black; FLIP %.3f (black %.3f; noise alone: %.3f); %d lines a pixel\n",
+            (double)f->view_gain_db, (double)f->view_flip, (double)f->view_flip_black, (double)f->view_flip_noise,
+            f->view_samples);
     if (f->surface_measured)
         printf("  the same by hull    %.1f dB above black; FLIP %.3f\n", (double)f->surface_gain_db,
                (double)f->surface_flip);
