@@ -3,6 +3,7 @@
 #include <limits.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "base/file.h"
 #include "scene/lamp_identity.h"
@@ -119,6 +120,11 @@ static enum status load_baked(struct loader *loader, const struct object *object
     struct luminaire_instance *instances = arena_alloc(&scene->arena, count + 1, sizeof *instances);
     if (!instances) return load_out_of_memory(loader);
     if (count) memcpy(instances, scene->luminaires, count * sizeof *instances);
+    if (access(path, F_OK))
+        return error_at(loader->error, object->place,
+                        "the baked lamp '%s' is missing; make it with sconce bake, or name another or the lamp's XML "
+                        "(-D lamp=... where the scene has that variable)",
+                        path);
     const struct luminaire *luminaire = NULL;
     enum status status = baked_file(loader, path, &luminaire);
     if (status) return status;

@@ -290,6 +290,8 @@ class Scenes(unittest.TestCase):
             self.fails(scene(mesh("secret.obj")), "s.xml:6:", "secret.obj")
 
     def test_broken_lamps(self):
+        self.fails(scene('<shape type="luminaire"><string name="filename" value="absent.safetensors"/></shape>'), "s.xml:6:",
+                   "absent.safetensors", "sconce bake")
         for data in (b"", b"\0" * 8, b"\xff" * 8, struct.pack("<Q", 1 << 40) + b"{}", struct.pack("<Q", 2) + b"{}",
                      struct.pack("<Q", 10) + b'{"a":[1,2]'):
             with self.subTest(data):
