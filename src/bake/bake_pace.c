@@ -7,7 +7,7 @@ enum { PILOT = 1 << 14, LEAST_FIELD_LINES = 2000000, MOST_FIELD_LINES = 8000000 
 static const double ray_us = 0.55, ray_triangles = 1e5; // of one core; above so many triangles as their square root
 static const double ordinary_us = 5, least_pace = 0.2;
 static const double survey_time_share = 0.1, evaluation_time_share = 0.1; // of a bake with --seconds
-static const double line_us = 0.7; // an untraced line and its query, on one core
+static const double line_us = 1.3; // an untraced line and its query, on one core
 
 static size_t slower(size_t count, double pace) { return count ? (size_t)fmax(1, (double)count * pace) : 0; }
 
@@ -31,8 +31,8 @@ enum status bake_pace(struct bake_job *job, struct error *error) {
     if (seconds > 0) {
         const double survey = survey_time_share * seconds / job->particle_s;
         const double particles = evaluation_time_share * seconds / job->particle_s;
-        const double lines = evaluation_time_share * seconds / (1e-6 * line_us);
-        job->field_lines = (size_t)fmin(LEAST_FIELD_LINES, fmax(0.5 * lines, PILOT)); // they cost twice
+        const double lines = 0.5 * evaluation_time_share * seconds / (1e-6 * line_us);
+        job->field_lines = (size_t)fmin(LEAST_FIELD_LINES, fmax(lines, PILOT));
         job->most_field_lines = job->field_lines;
         plan->survey_particles = (size_t)fmin((double)plan->survey_particles, fmax(survey, PILOT));
         effort->particles = (size_t)fmin((double)effort->particles, fmax(particles, PILOT));
