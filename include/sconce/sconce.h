@@ -219,7 +219,7 @@ SCONCE_API enum sconce_status sconce_report(const struct sconce_report_options *
 struct sconce_table1_options {
     const char *output; // a folder, made where it is missing
     const char *data; // folder with the project's scenes/ and lamps/; NULL: found from where the library is
-    double scale; // of the picture's sides and of all samples, 0.01..4; 0 counts as 1: 480 pixels high, 1024 samples
+    double scale; // of the picture's sides and of all samples, 0.01..4; 0 counts as 1: 400 pixels high, 1024 samples
     const char *only; // rows, with commas between them: "statler,star,blossom,feather,vintage"; NULL: all
 };
 // *json: {"rows": [{"luminaire", "scene", "speedup", ...}], "settings": {...}}; *markdown: the same to be read. free()

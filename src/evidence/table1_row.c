@@ -15,14 +15,14 @@
 #include "luminaire/luminaire.h"
 
 const struct table1_entry table1_entries[TABLE1_ROWS] = {
-    {"statler", "Statler", "elevator room", "statler_lamp", "elevator_room", 640, 7.03},
-    {"star", "Moravian star", "loft apartment", "star_lamp", "loft_apartment", 640, 12.14},
-    {"blossom", "Cherry blossom", "diffuse box", "blossom_lamp", "diffuse_box", 480, 21.70},
-    {"feather", "White feather", "bedroom", "feather_lamp", "bedroom", 640, 35.98},
-    {"vintage", "Vintage crystal", "living room", "vintage_lamp", "living_room", 640, 15.18},
+    {"statler", "Statler", "elevator room", "statler_lamp", "elevator_room", 533, 7.03},
+    {"star", "Moravian star", "loft apartment", "star_lamp", "loft_apartment", 533, 12.14},
+    {"blossom", "Cherry blossom", "diffuse box", "blossom_lamp", "diffuse_box", 400, 21.70},
+    {"feather", "White feather", "bedroom", "feather_lamp", "bedroom", 533, 35.98},
+    {"vintage", "Vintage crystal", "living room", "vintage_lamp", "living_room", 533, 15.18},
 };
 
-enum { HEIGHT = 480, BDPT_SAMPLES = 1024, HALF_SAMPLES = 256, FIXED_SAMPLES = 128, MAX_STEPS = 10 };
+enum { HEIGHT = 400, BDPT_SAMPLES = 1024, HALF_SAMPLES = 256, FIXED_SAMPLES = 128, MAX_STEPS = 10 };
 static const double APL_BYTES = 384e6; // Zhu et al. 2021, Table 1
 static const double OUR_WORK = 0.35; // of a sample of ours; one of bdpt: 1
 

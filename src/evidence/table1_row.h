@@ -10,7 +10,7 @@ struct table1_entry { // what the row is about
     const char *name; // as --only takes it
     const char *luminaire, *scene; // as the table says
     const char *lamp, *room; // names of the files
-    int width; // at scale 1, where the height is 480
+    int width; // at scale 1, where the height is 400
     double paper_speedup;
 };
 

@@ -76,7 +76,7 @@ class Table1(unittest.TestCase):
             self.assertEqual(len(row["mean_error"]), 3)
             self.assertEqual(row["bdpt_spp"], 51)
             self.assertEqual(row["reference_spp"], 102)
-            self.assertEqual(row["height"], 24)
+            self.assertEqual(row["height"], 20)
             self.assertEqual(row["geometry_bytes"], len(LAMP))
             self.assertEqual(row["file_bytes"], os.path.getsize(self.path / "lamp.safetensors"))
             self.assertIn("Bias is", row["limits"])
