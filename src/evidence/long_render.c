@@ -1,5 +1,7 @@
-// The state is the film: its mean and variance as an image, the number of passes beside it. A pass depends on nothing
-// but the seed and its number, so that what is continued equals what was never interrupted (but for rounding to float).
+// The state is the film: its mean and variance as an image, the number of passes beside it. A pass of bdpt or of
+// particles depends on nothing but the seed and its number, so that what is continued equals what was never interrupted
+// (but for rounding to float). The path tracer's roulette has to learn from the passes again: other samples, the same
+// mean.
 #include "evidence/long_render.h"
 
 #include <stdio.h>
