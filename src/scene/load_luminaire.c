@@ -59,7 +59,8 @@ static enum status expand(struct loader *loader, const struct object *object, co
     return status;
 }
 
-static enum status baked_file(struct loader *loader, const char *path, const struct luminaire **luminaire) {
+static enum status baked_file(struct loader *loader, struct place place, const char *path,
+                              const struct luminaire **luminaire) {
     for (const struct luminaire_file *file = loader->luminaire_files; file; file = file->next) {
         if (strcmp(file->path, path)) continue;
         *luminaire = file->luminaire;
@@ -70,6 +71,11 @@ static enum status baked_file(struct loader *loader, const char *path, const str
     if (!file || !copy) return load_out_of_memory(loader);
     struct luminaire *loaded;
     enum status status = luminaire_load(&loaded, path, loader->error);
+    if (status && access(path, F_OK))
+        return error_at(loader->error, place,
+                        "the baked lamp '%s' is missing; make it with sconce bake, or name another or the lamp's XML "
+                        "(-D lamp=... where the scene has that variable)",
+                        path);
     if (status) return status;
     *file = (struct luminaire_file){loader->luminaire_files, copy, loaded};
     loader->luminaire_files = file;
@@ -120,13 +126,8 @@ static enum status load_baked(struct loader *loader, const struct object *object
     struct luminaire_instance *instances = arena_alloc(&scene->arena, count + 1, sizeof *instances);
     if (!instances) return load_out_of_memory(loader);
     if (count) memcpy(instances, scene->luminaires, count * sizeof *instances);
-    if (access(path, F_OK))
-        return error_at(loader->error, object->place,
-                        "the baked lamp '%s' is missing; make it with sconce bake, or name another or the lamp's XML "
-                        "(-D lamp=... where the scene has that variable)",
-                        path);
     const struct luminaire *luminaire = NULL;
-    enum status status = baked_file(loader, path, &luminaire);
+    enum status status = baked_file(loader, object->place, path, &luminaire);
     if (status) return status;
     bool unbiased = loader->options->unbiased;
     enum keep_geometry keep = unbiased ? KEEP_ALL : (enum keep_geometry)shape->keep;

@@ -1,7 +1,8 @@
 // Unbiased rendering with a luminaire whose light field and transparency are wrong, against bidirectional path tracing
 // of the lamp's real geometry: every block of the image and every colour by a z-test, and the same test must refuse the
 // picture that the luminaire alone gives. One lamp is clear (its near lines come from the camera's side), one frosted
-// (particles bring all). The level is split over the blocks by Sidak's correction, as in test_agree.c.
+// whose bulb is a ball of glass (particles bring all). The level is split over the blocks by Sidak's correction, as in
+// test_agree.c.
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -63,13 +64,13 @@ void luminaire_transmittance(const struct luminaire *luminaire, size_t n, const 
     "<float name='int_ior' value='" inside "'/><float name='ext_ior' value='" outside "'/></bsdf>"
 #define SHELL(bsdf)                                                                                                    \
     BALL("0", "0", "0", "0.6", bsdf GLASS("1", "1.5")) BALL("0", "0", "0", "0.55", bsdf GLASS("1.5", "1"))
-#define LAMP(radius, radiance, shell)                                                                                  \
+#define LAMP(radius, radiance, shell, bulb)                                                                            \
     "<scene version='3.0.0'>" BALL("0.05", "0", "0", radius,                                                           \
                                    DIFFUSE("0.1") "<emitter type='area'><rgb name='radiance' value='" radiance         \
-                                                  "'/></emitter>") SHELL(shell) BALL("-0.4", "0.5", "-0.5", "0.2",     \
-                                                                                     "<bsdf type='dielectric'/>")      \
-        PLATE("0.25", "x='1' angle='60'", "y='-0.3' z='0.75'",                                                         \
-              TWO("<bsdf type='roughconductor'><float name='alpha' value='0.3'/></bsdf>"))                             \
+                                                  "'/></emitter>") SHELL(shell)                                        \
+        bulb BALL("-0.4", "0.5", "-0.5", "0.2", "<bsdf type='dielectric'/>") PLATE(                                    \
+            "0.25", "x='1' angle='60'", "y='-0.3' z='0.75'",                                                           \
+            TWO("<bsdf type='roughconductor'><float name='alpha' value='0.3'/></bsdf>"))                               \
             PLATE("0.3", "x='1' angle='20'", "x='0.3' z='-0.75'",                                                      \
                   "<bsdf type='mask'><float name='opacity' value='0.5'/>" TWO(DIFFUSE("0.6")) "</bsdf>") "</scene>"
 
@@ -226,11 +227,12 @@ static void test_threads(void **state) {
     assert_memory_equal(&one, &three, sizeof one);
 }
 
-static struct case_ clear = {"clear", LAMP("0.4", "10 7.5 5", "<bsdf type='dielectric'>"), true, 256, 256},
-                    frosted = {
-                        "frosted",
-                        LAMP("0.05", "600 500 400", "<bsdf type='roughdielectric'><float name='alpha' value='0.5'/>"),
-                        false, 256, 256};
+static struct case_ clear = {"clear", LAMP("0.4", "10 7.5 5", "<bsdf type='dielectric'>", ""), true, 256, 256},
+                    frosted = {"frosted",
+                               LAMP("0.05", "600 500 400",
+                                    "<bsdf type='roughdielectric'><float name='alpha' value='0.5'/>",
+                                    BALL("0.14", "0", "0", "0.15", "<bsdf type='dielectric'/>")),
+                               false, 400, 400};
 
 int main(void) {
     const struct CMUnitTest tests[] = {
