@@ -5,7 +5,7 @@
 
 enum { PILOT = 1 << 14, LEAST_FIELD_LINES = 2000000, MOST_FIELD_LINES = 8000000 };
 static const double ray_us = 0.55, ray_triangles = 1e5; // of one core; above so many triangles as their square root
-static const double ordinary_us = 5, least_pace = 0.2;
+static const double learn_us = 4.6, ordinary_us = 10, least_pace = 0.2; // of an exit: to learn from it; in all
 static const double survey_time_share = 0.1, evaluation_time_share = 0.1; // of a bake with --seconds
 static const double line_us = 1.3; // an untraced line and its query, on one core
 
@@ -23,7 +23,7 @@ enum status bake_pace(struct bake_job *job, struct error *error) {
     double start = clock_wall_s();
     enum status status = gather_exits(&exits, &job->lamp, STREAM_SURVEY, 0, PILOT, false, job->run, error);
     if (status != STATUS_OK) return status;
-    const double particle_us = (double)exits.rays / PILOT * ray_cost_us(&job->scene);
+    const double exit_us = (double)exits.rays / fmax(1, (double)exits.count) * ray_cost_us(&job->scene);
     exit_list_fini(&exits);
     job->particle_s = (clock_wall_s() - start) / PILOT;
     struct evaluation_effort *effort = &plan->evaluation;
@@ -39,7 +39,10 @@ enum status bake_pace(struct bake_job *job, struct error *error) {
         effort->lines = (size_t)fmin((double)effort->lines, fmax(lines, PILOT));
         return STATUS_OK;
     }
-    const double pace = fmax(least_pace, fmin(1, ordinary_us / particle_us));
+    const double pace = fmax(least_pace, fmin(1, ordinary_us / (exit_us + learn_us)));
+    if (pace < 1)
+        run_note(job->run, "light that gets out costs %.0f us to trace: %.0f %% of the usual work", exit_us,
+                 100 * pace);
     plan->survey_particles = slower(plan->survey_particles, pace);
     plan->light_chunks = slower(plan->light_chunks, pace);
     plan->view.chunks = slower(plan->view.chunks, pace);
