@@ -133,6 +133,15 @@ enum status luminaire_assemble_paper(struct luminaire **luminaire, const struct 
                                      const float flux[3], const char *const *keys, const char *const *values,
                                      size_t metadata_count, struct error *error);
 
+// Adds the light of another group of emitters to a luminaire with the same proxy; the one that it was assembled from
+// is the first. Takes ownership, also when it fails. `view` goes with luminaire_set_view, which comes before; else
+// NULL.
+enum status luminaire_add_group(struct luminaire *luminaire, struct light_field *field,
+                                struct sampling_density *density, struct view_field *view, const float flux[3],
+                                struct error *error);
+// Makes the emissions groups: names without ",;=" and space, shorter than LUMINAIRE_NAME_SIZE, all different.
+enum status luminaire_name_groups(struct luminaire *luminaire, const char *const *names, struct error *error);
+
 // Adds a hull with its view field, which need not be finished. Takes ownership, also when it fails.
 enum status luminaire_set_view(struct luminaire *luminaire, struct hull *hull, struct view_field *view,
                                struct error *error);

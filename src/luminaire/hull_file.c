@@ -1,6 +1,7 @@
 #include "luminaire/hull_file.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,8 +11,7 @@ static struct tensor make_tensor(const char *name, enum tensor_type type, size_t
         .name = name, .type = type, .dimension_count = columns ? 2 : 1, .shape = {rows, columns}, .data = data};
 }
 
-void hull_describe(const struct hull *hull, const struct view_field *view, struct hull_numbers *numbers,
-                   struct tensor *tensors) {
+void hull_describe(const struct hull *hull, struct hull_numbers *numbers, struct tensor *tensors) {
     memcpy(numbers->frame, hull->lower, sizeof hull->lower);
     memcpy(numbers->frame + 3, hull->step, sizeof hull->step);
     for (size_t i = 0; i < hull->part_count; i++) {
@@ -21,19 +21,25 @@ void hull_describe(const struct hull *hull, const struct view_field *view, struc
                                                  part->sigma_a[2]};
         memcpy(numbers->parts[i], values, sizeof values);
     }
+    const struct tensor all[HULL_TENSORS] = {
+        make_tensor("hull.frame", TENSOR_F32, 6, 0, numbers->frame),
+        make_tensor("hull.parts", TENSOR_F32, hull->part_count, HULL_PART_NUMBERS, numbers->parts),
+        make_tensor("hull.vertices", TENSOR_U16, hull->vertex_count, 3, hull->vertices),
+        make_tensor("hull.triangles", TENSOR_U16, hull->triangle_count, 3, hull->triangles),
+    };
+    memcpy(tensors, all, sizeof all);
+}
+
+void view_describe(const struct view_field *view, float numbers[VIEW_NUMBERS], struct tensor *tensors) {
     const float values[VIEW_NUMBERS] = {view->options.radiance_unit,
                                         view->scale[0],
                                         view->scale[1],
                                         view->scale[2],
                                         (float)view->options.part_count,
                                         (float)view->options.log2_entries};
-    memcpy(numbers->view, values, sizeof values);
-    const struct tensor all[HULL_TENSORS] = {
-        make_tensor("hull.frame", TENSOR_F32, 6, 0, numbers->frame),
-        make_tensor("hull.parts", TENSOR_F32, hull->part_count, HULL_PART_NUMBERS, numbers->parts),
-        make_tensor("hull.vertices", TENSOR_U16, hull->vertex_count, 3, hull->vertices),
-        make_tensor("hull.triangles", TENSOR_U16, hull->triangle_count, 3, hull->triangles),
-        make_tensor("view.numbers", TENSOR_F32, VIEW_NUMBERS, 0, numbers->view),
+    memcpy(numbers, values, sizeof values);
+    const struct tensor all[VIEW_TENSORS] = {
+        make_tensor("view.numbers", TENSOR_F32, VIEW_NUMBERS, 0, numbers),
         make_tensor("view.anchors", TENSOR_F32, (size_t)view->options.anchor_count, 3, view->options.anchors),
         make_tensor("view.mlp", TENSOR_F32, mlp_layout(&view->shape).count, 0, view->mlp),
         make_tensor("view.table", TENSOR_I8, view->layout.entry_count, 2, view->codes),
@@ -76,14 +82,21 @@ static bool read_parts(const struct tensor *tensor, struct hull *hull) {
     return true;
 }
 
-static enum status read_view(const struct safetensors *file, const struct proxy *proxy, size_t parts,
-                             struct view_field **view, struct error *error) {
+static const struct tensor *find_view(const struct safetensors *file, const char *prefix, const char *name,
+                                      enum tensor_type type, size_t rows, size_t columns) {
+    char full[64];
+    snprintf(full, sizeof full, "%sview.%s", prefix, name);
+    return find(file, full, type, rows, columns);
+}
+
+static enum status read_view(const struct safetensors *file, const char *prefix, const struct proxy *proxy,
+                             size_t parts, struct view_field **view, struct error *error) {
     float v[VIEW_NUMBERS];
-    const struct tensor *numbers = find(file, "view.numbers", TENSOR_F32, VIEW_NUMBERS, 0),
-                        *anchors = find(file, "view.anchors", TENSOR_F32, SIZE_MAX, 3),
-                        *mlp = find(file, "view.mlp", TENSOR_F32, SIZE_MAX, 0),
-                        *table = find(file, "view.table", TENSOR_I8, SIZE_MAX, 2),
-                        *scale = find(file, "view.table_scale", TENSOR_F32, SIZE_MAX, 0);
+    const struct tensor *numbers = find_view(file, prefix, "numbers", TENSOR_F32, VIEW_NUMBERS, 0),
+                        *anchors = find_view(file, prefix, "anchors", TENSOR_F32, SIZE_MAX, 3),
+                        *mlp = find_view(file, prefix, "mlp", TENSOR_F32, SIZE_MAX, 0),
+                        *table = find_view(file, prefix, "table", TENSOR_I8, SIZE_MAX, 2),
+                        *scale = find_view(file, prefix, "table_scale", TENSOR_F32, SIZE_MAX, 0);
     if (!numbers || !anchors || anchors->shape[0] > VIEW_MAX_ANCHORS || !mlp || !table || !scale)
         return error_set(error, STATUS_INVALID, "a tensor of the view field is missing or of the wrong form");
     memcpy(v, numbers->data, sizeof v);
@@ -113,7 +126,7 @@ static enum status read_view(const struct safetensors *file, const struct proxy 
 }
 
 static enum status read_all(const struct safetensors *file, const struct proxy *proxy, struct hull **hull,
-                            struct view_field **view, struct error *error) {
+                            struct error *error) {
     const struct tensor *frame = find(file, "hull.frame", TENSOR_F32, 6, 0),
                         *parts = find(file, "hull.parts", TENSOR_F32, SIZE_MAX, HULL_PART_NUMBERS),
                         *vertices = find(file, "hull.vertices", TENSOR_U16, SIZE_MAX, 3),
@@ -129,21 +142,28 @@ static enum status read_all(const struct safetensors *file, const struct proxy *
     memcpy(h->vertices, vertices->data, h->vertex_count * sizeof *h->vertices);
     memcpy(h->triangles, triangles->data, h->triangle_count * sizeof *h->triangles);
     if (!read_parts(parts, h)) return error_set(error, STATUS_INVALID, "a part of the hull is out of range");
-    status = hull_check(h, proxy->center, proxy->radius, error);
-    return status ? status : read_view(file, proxy, h->part_count, view, error);
+    return hull_check(h, proxy->center, proxy->radius, error);
 }
 
 enum status hull_read(const struct safetensors *file, const char *name, const struct proxy *proxy, struct hull **hull,
-                      struct view_field **view, struct error *error) {
+                      struct error *error) {
     *hull = NULL;
-    *view = NULL;
     if (!safetensors_find(file, "hull.frame")) return STATUS_OK;
     struct error inner = {0};
-    enum status status = read_all(file, proxy, hull, view, &inner);
+    enum status status = read_all(file, proxy, hull, &inner);
     if (!status) return STATUS_OK;
     hull_destroy(*hull);
-    view_field_destroy(*view);
     *hull = NULL;
+    return error_set(error, status, "%s: %s; bake the lamp again", name, inner.text);
+}
+
+enum status view_read(const struct safetensors *file, const char *name, const char *prefix, const struct proxy *proxy,
+                      const struct hull *hull, struct view_field **view, struct error *error) {
+    *view = NULL;
+    struct error inner = {0};
+    enum status status = read_view(file, prefix, proxy, hull->part_count, view, &inner);
+    if (!status) return STATUS_OK;
+    view_field_destroy(*view);
     *view = NULL;
     return error_set(error, status, "%s: %s; bake the lamp again", name, inner.text);
 }

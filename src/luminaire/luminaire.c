@@ -1,4 +1,4 @@
-// The finished luminaire: putting it together and the four hot calls.
+// The finished luminaire: putting it together, and what its groups have in common.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,6 +20,15 @@ enum status luminaire_set_metadata(struct luminaire *luminaire, const char *cons
     return STATUS_OK;
 }
 
+static void set_first(struct luminaire *luminaire, struct light_field *field, struct sampling_density *density,
+                      const float flux[3]) {
+    struct emission *emission = &luminaire->emissions[0];
+    *emission = (struct emission){.light = field, .density = density, .flux = {flux[0], flux[1], flux[2]}};
+    luminaire->emission_count = 1;
+    for (int c = 0; c < 3; c++) luminaire->factor[0][c] = 1;
+    luminaire_derive(luminaire);
+}
+
 enum status luminaire_assemble(struct luminaire **luminaire, const struct proxy *proxy, struct light_field *field,
                                struct transparency *transparency, struct sampling_density *density, const float flux[3],
                                const char *const *keys, const char *const *values, size_t metadata_count,
@@ -31,12 +40,11 @@ enum status luminaire_assemble(struct luminaire **luminaire, const struct proxy 
         sampling_density_destroy(density);
         return error_set(error, STATUS_MEMORY, "out of memory for a luminaire");
     }
-    l->light = field;
     l->transparency = transparency;
-    l->density = density;
-    for (int c = 0; c < 3; c++) l->flux[c] = flux[c];
+    set_first(l, field, density, flux);
     enum status status = proxy_shape_init(&l->shape, proxy, error);
-    if (!status && !density) status = sampling_density_build(&l->density, proxy, NULL, 0, NULL, 0, 0, 1, error);
+    if (!status && !density)
+        status = sampling_density_build(&l->emissions[0].density, proxy, NULL, 0, NULL, 0, 0, 1, error);
     if (!status) status = luminaire_set_metadata(l, keys, values, metadata_count, error);
     if (!status) status = field_net_finish(&field->net, error);
     if (!status && transparency) status = field_net_finish(&transparency->net, error);
@@ -58,7 +66,7 @@ enum status luminaire_assemble_paper(struct luminaire **luminaire, const struct 
         return error_set(error, STATUS_MEMORY, "out of memory for a luminaire");
     }
     l->paper = paper;
-    memcpy(l->flux, flux, sizeof l->flux);
+    set_first(l, NULL, NULL, flux);
     enum status status = proxy_shape_init(&l->shape, proxy, error);
     if (!status) status = luminaire_set_metadata(l, keys, values, metadata_count, error);
     if (status) {
@@ -72,13 +80,19 @@ enum status luminaire_assemble_paper(struct luminaire **luminaire, const struct 
 
 void luminaire_destroy(struct luminaire *luminaire) {
     if (!luminaire) return;
+    if (luminaire->borrowed) {
+        free(luminaire);
+        return;
+    }
     proxy_shape_fini(&luminaire->shape);
     paper_destroy(luminaire->paper);
-    light_field_destroy(luminaire->light);
     transparency_destroy(luminaire->transparency);
-    sampling_density_destroy(luminaire->density);
     hull_destroy(luminaire->hull);
-    view_field_destroy(luminaire->view);
+    for (int g = 0; g < luminaire->emission_count; g++) {
+        light_field_destroy(luminaire->emissions[g].light);
+        sampling_density_destroy(luminaire->emissions[g].density);
+        view_field_destroy(luminaire->emissions[g].view);
+    }
     for (size_t i = 0; i < luminaire->metadata_count; i++) {
         free(luminaire->keys[i]);
         free(luminaire->values[i]);
@@ -110,10 +124,7 @@ static void mask_misses(const struct luminaire *luminaire, size_t n, const float
 
 void luminaire_eval(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
                     float (*radiance)[3]) {
-    if (luminaire->paper)
-        paper_eval(luminaire->paper, n, point, w, radiance);
-    else
-        light_field_eval(luminaire->light, n, point, w, radiance);
+    luminaire_sum_light(luminaire, n, point, w, radiance);
     mask_misses(luminaire, n, point, w, 0, radiance);
 }
 
@@ -138,28 +149,12 @@ int luminaire_seen(const struct luminaire *luminaire, const float point[3], cons
     return !luminaire->transparency || transparency_sees(luminaire->transparency, point, w);
 }
 
-void luminaire_sample(const struct luminaire *luminaire, size_t n, const float (*s)[3], const float (*u)[3],
-                      float (*direction)[3], float *pdf_sa) {
-    if (luminaire->paper)
-        paper_sample(luminaire->paper, n, s, u, direction, pdf_sa);
-    else
-        sampling_sample_batch(luminaire->density, n, s, u, direction, pdf_sa);
-}
-
-void luminaire_pdf(const struct luminaire *luminaire, size_t n, const float (*s)[3], const float (*direction)[3],
-                   float *pdf_sa) {
-    if (luminaire->paper)
-        paper_pdf(luminaire->paper, n, s, direction, pdf_sa);
-    else
-        sampling_pdf_batch(luminaire->density, n, s, direction, pdf_sa);
-}
-
 enum status luminaire_set_view(struct luminaire *luminaire, struct hull *hull, struct view_field *view,
                                struct error *error) {
     hull_destroy(luminaire->hull);
-    view_field_destroy(luminaire->view);
+    view_field_destroy(luminaire->emissions[0].view);
     luminaire->hull = hull;
-    luminaire->view = view;
+    luminaire->emissions[0].view = view;
     enum status status = hull_check(hull, luminaire->shape.proxy.center, luminaire->shape.proxy.radius, error);
     if (!status) status = view_field_finish(view, error);
     luminaire->bytes = luminaire_measure(luminaire);
@@ -167,11 +162,6 @@ enum status luminaire_set_view(struct luminaire *luminaire, struct hull *hull, s
 }
 
 const struct hull *luminaire_hull(const struct luminaire *luminaire) { return luminaire->hull; }
-
-void luminaire_view(const struct luminaire *luminaire, size_t n, const struct view_point *points,
-                    float (*radiance)[3]) {
-    view_field_eval(luminaire->view, n, points, radiance);
-}
 
 void luminaire_flux(const struct luminaire *luminaire, float flux[3]) {
     memcpy(flux, luminaire->flux, sizeof luminaire->flux);

@@ -11,11 +11,23 @@
 
 struct luminaire;
 
+enum { LUMINAIRE_MAX_GROUPS = 16, LUMINAIRE_NAME_SIZE = 64 };
+
 enum status luminaire_load(struct luminaire **luminaire, const char *path, struct error *error);
 enum status luminaire_parse(struct luminaire **luminaire, const char *name, const uint8_t *bytes, size_t length,
                             struct error *error);
 enum status luminaire_save(const struct luminaire *luminaire, const char *path, struct error *error);
 void luminaire_destroy(struct luminaire *luminaire); // NULL is allowed
+
+// Groups of emitters that were baked separately: L is the sum of theirs. 0: the lamp's light is one. `flux` (or NULL):
+// of the group, as baked; the name lives as long as the luminaire.
+size_t luminaire_group_count(const struct luminaire *luminaire);
+const char *luminaire_group(const struct luminaire *luminaire, size_t index, float flux[3]);
+// A copy whose groups are multiplied by factors[luminaire_group_count], per colour and >= 0; without groups there is
+// one factor, for the whole lamp. Flux, radiance and light samples are those of the dimmed lamp. It shares everything
+// with the original, which must outlive it; both may be used by any number of threads.
+enum status luminaire_dim(struct luminaire **dimmed, const struct luminaire *original, const float (*factors)[3],
+                          struct error *error);
 
 // The proxy. `center` and `radius` of its bounding sphere. luminaire_span gives where the line origin + t direction
 // (unit) crosses it, entry <= exit in t (either may be negative); false: misses.

@@ -1,6 +1,7 @@
-// The file of a luminaire; docs/luminaire-format.md describes it. Everything that is read is checked here.
+// The file of a luminaire, read; docs/luminaire-format.md describes it. Everything that is read is checked here.
+#include "luminaire/luminaire_file.h"
+
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -8,139 +9,6 @@
 #include "format/safetensors.h"
 #include "luminaire/luminaire_private.h"
 #include "luminaire/paper_file.h"
-
-static const char format_key[] = "format", format_name[] = "sconce-luminaire", version_key[] = "format_version",
-                  version[] = "1";
-enum { PROXY_NUMBERS = 16, MAX_TENSORS = 26 + HULL_TENSORS, NET_NUMBERS = 12 };
-
-// --- Writing ---
-
-struct writer {
-    struct safetensors file;
-    struct tensor tensors[MAX_TENSORS];
-    char names[MAX_TENSORS][40];
-    float proxy[PROXY_NUMBERS], light_numbers[4], cones[2 * CONE_COUNT];
-    float net_numbers[2][NET_NUMBERS];
-    uint32_t directions;
-    struct hull_numbers hull;
-};
-
-static void put(struct writer *writer, const char *prefix, const char *name, enum tensor_type type, size_t rows,
-                size_t columns, const void *data) {
-    size_t at = writer->file.tensor_count++;
-    snprintf(writer->names[at], sizeof writer->names[at], "%s%s", prefix, name);
-    writer->tensors[at] = (struct tensor){.name = writer->names[at],
-                                          .type = type,
-                                          .dimension_count = columns ? 2 : 1,
-                                          .shape = {rows, columns},
-                                          .data = data};
-}
-
-static void put_net(struct writer *writer, const char *prefix, const struct field_net *net, float *numbers) {
-    const struct encoding_options *options = &net->encoding.options;
-    float values[NET_NUMBERS] = {(float)options->anchor_count, options->anchor_radius, (float)options->shell_count,
-                                 options->use_grid4 ? 1.0f : 0.0f, (float)options->log2_entries};
-    memcpy(values + 5, options->shells, sizeof options->shells);
-    values[9] = options->use_hull ? 1.0f : 0.0f;
-    memcpy(numbers, values, sizeof values);
-    put(writer, prefix, "encoding", TENSOR_F32, NET_NUMBERS, 0, numbers);
-    if (options->anchor_count)
-        put(writer, prefix, "anchors", TENSOR_F32, (size_t)options->anchor_count, 3, options->anchors);
-    put(writer, prefix, "mlp", TENSOR_F32, field_net_parameters(net), 0, net->mlp);
-    if (net->packed) {
-        put(writer, prefix, "table4", TENSOR_U8, net->encoding.layout.entry_count, 0, net->places);
-        put(writer, prefix, "table4_book", TENSOR_I8, (size_t)net->encoding.layout.level_count, GRID_BOOK, net->book);
-    } else
-        put(writer, prefix, "table", TENSOR_I8, net->encoding.layout.entry_count, 2, net->codes);
-    put(writer, prefix, "table_scale", TENSOR_F32, (size_t)net->encoding.layout.level_count, 0, net->scale);
-}
-
-static void describe(struct writer *writer, const struct luminaire *luminaire) {
-    const struct proxy *proxy = &luminaire->shape.proxy;
-    float values[PROXY_NUMBERS] = {(float)proxy->kind, proxy->center[0], proxy->center[1],   proxy->center[2],
-                                   proxy->radius,      proxy->lower[0],  proxy->lower[1],    proxy->lower[2],
-                                   proxy->upper[0],    proxy->upper[1],  proxy->upper[2],    proxy->axis[0],
-                                   proxy->axis[1],     proxy->axis[2],   proxy->half_height, proxy->axis_radius};
-    memcpy(writer->proxy, values, sizeof values);
-    put(writer, "proxy", "", TENSOR_F32, PROXY_NUMBERS, 0, writer->proxy);
-    if (proxy->kind == PROXY_MESH) {
-        put(writer, "proxy.", "vertices", TENSOR_F32, proxy->vertex_count, 3, proxy->vertices);
-        put(writer, "proxy.", "indices", TENSOR_U32, proxy->triangle_count, 3, proxy->indices);
-    }
-    put(writer, "flux", "", TENSOR_F32, 3, 0, luminaire->flux);
-    writer->file.tensors = writer->tensors;
-    if (luminaire->hull) {
-        hull_describe(luminaire->hull, luminaire->view, &writer->hull, writer->tensors + writer->file.tensor_count);
-        writer->file.tensor_count += HULL_TENSORS;
-    }
-    if (luminaire->paper) {
-        paper_describe(luminaire->paper, writer->tensors + writer->file.tensor_count);
-        writer->file.tensor_count += PAPER_NETS;
-        return;
-    }
-    writer->light_numbers[0] = luminaire->light->radiance_unit;
-    memcpy(writer->light_numbers + 1, luminaire->light->scale, sizeof luminaire->light->scale);
-    put(writer, "light.", "unit", TENSOR_F32, 4, 0, writer->light_numbers);
-    put_net(writer, "light.", &luminaire->light->net, writer->net_numbers[0]);
-    if (luminaire->transparency)
-        put_net(writer, "transparency.", &luminaire->transparency->net, writer->net_numbers[1]);
-    const struct sampling_density *density = luminaire->density;
-    size_t cells = sampling_cell_count(density), anchors = (size_t)density->anchor_count;
-    writer->directions = (uint32_t)density->directions;
-    put(writer, "sampling.", "directions", TENSOR_U32, 1, 0, &writer->directions);
-    put(writer, "sampling.", "map", TENSOR_U8, cells, MAP_BYTES, density->codes);
-    put(writer, "sampling.", "residual_share", TENSOR_U8, cells, 0, density->residual_share);
-    if (anchors) {
-        memcpy(writer->cones, density->cone_radius, sizeof density->cone_radius);
-        memcpy(writer->cones + CONE_COUNT, density->cone_share, sizeof density->cone_share);
-        put(writer, "sampling.", "cones", TENSOR_F32, 2, CONE_COUNT, writer->cones);
-        put(writer, "sampling.", "anchors", TENSOR_F32, anchors, 3, density->anchors);
-        put(writer, "sampling.", "intensity", TENSOR_F32, anchors, INTENSITY_CELLS, density->intensity);
-    }
-}
-
-size_t luminaire_measure(const struct luminaire *luminaire) {
-    struct writer *writer = calloc(1, sizeof *writer);
-    if (!writer) return 0;
-    describe(writer, luminaire);
-    size_t bytes = 0;
-    for (size_t i = 0; i < writer->file.tensor_count; i++) {
-        const struct tensor *tensor = &writer->tensors[i];
-        size_t count = tensor->shape[0] * (tensor->dimension_count > 1 ? tensor->shape[1] : 1);
-        bytes += count * tensor_element_size(tensor->type);
-    }
-    free(writer);
-    return bytes;
-}
-
-enum status luminaire_save(const struct luminaire *luminaire, const char *path, struct error *error) {
-    struct writer *writer = calloc(1, sizeof *writer);
-    size_t count = luminaire->metadata_count;
-    const char **keys = calloc(count + 2, sizeof *keys), **values = calloc(count + 2, sizeof *values);
-    enum status status;
-    if (writer && keys && values) {
-        describe(writer, luminaire);
-        keys[0] = format_key, values[0] = format_name;
-        keys[1] = version_key, values[1] = version;
-        size_t used = 2;
-        for (size_t i = 0; i < count; i++) {
-            if (strcmp(luminaire->keys[i], format_key) == 0 || strcmp(luminaire->keys[i], version_key) == 0) continue;
-            keys[used] = luminaire->keys[i], values[used] = luminaire->values[i];
-            used++;
-        }
-        writer->file.metadata_keys = keys;
-        writer->file.metadata_values = values;
-        writer->file.metadata_count = used;
-        status = safetensors_save(&writer->file, path, error);
-    } else
-        status = error_set(error, STATUS_MEMORY, "out of memory while saving %s", path);
-    free(writer);
-    free(keys);
-    free(values);
-    return status;
-}
-
-// --- Reading ---
 
 struct reader {
     const struct safetensors *file;
@@ -290,25 +158,27 @@ static enum status read_net(const struct reader *reader, const char *prefix, con
     return status;
 }
 
-static enum status read_density(const struct reader *reader, const struct proxy *proxy,
+static enum status read_density(const struct reader *reader, const char *prefix, const struct proxy *proxy,
                                 struct sampling_density **density) {
-    const struct tensor *directions = take(reader, "sampling.", "directions", TENSOR_U32, 1, 0);
+    const struct tensor *directions = take(reader, prefix, "directions", TENSOR_U32, 1, 0);
     if (!directions) return STATUS_INVALID;
     uint32_t n;
     memcpy(&n, directions->data, sizeof n);
     if (n < 1 || n > SAMPLING_MAX_DIRECTIONS) return fail(reader, "the sampling map's size is out of range");
     size_t cells = (size_t)n * n * DISTANCE_BINS + INSIDE_CELLS, anchors = 0;
-    const struct tensor *map = take(reader, "sampling.", "map", TENSOR_U8, cells, MAP_BYTES), *share = NULL,
-                        *place = NULL, *intensity = NULL;
-    if (!map || !(share = take(reader, "sampling.", "residual_share", TENSOR_U8, cells, 0))) return STATUS_INVALID;
+    const struct tensor *map = take(reader, prefix, "map", TENSOR_U8, cells, MAP_BYTES), *share = NULL, *place = NULL,
+                        *intensity = NULL;
+    if (!map || !(share = take(reader, prefix, "residual_share", TENSOR_U8, cells, 0))) return STATUS_INVALID;
     float cones[2][CONE_COUNT] = {{0}};
-    if (safetensors_find(reader->file, "sampling.anchors")) {
-        const struct tensor *cone = take(reader, "sampling.", "cones", TENSOR_F32, 2, CONE_COUNT);
-        if (!cone || !(place = take(reader, "sampling.", "anchors", TENSOR_F32, SIZE_MAX, 3))) return STATUS_INVALID;
+    char anchors_name[EMISSION_PREFIX + 8];
+    snprintf(anchors_name, sizeof anchors_name, "%sanchors", prefix);
+    if (safetensors_find(reader->file, anchors_name)) {
+        const struct tensor *cone = take(reader, prefix, "cones", TENSOR_F32, 2, CONE_COUNT);
+        if (!cone || !(place = take(reader, prefix, "anchors", TENSOR_F32, SIZE_MAX, 3))) return STATUS_INVALID;
         anchors = place->shape[0];
         memcpy(cones, cone->data, sizeof cones);
         if (anchors < 1 || anchors > SAMPLING_MAX_ANCHORS) return fail(reader, "the number of anchors is out of range");
-        if (!(intensity = take(reader, "sampling.", "intensity", TENSOR_F32, anchors, INTENSITY_CELLS)))
+        if (!(intensity = take(reader, prefix, "intensity", TENSOR_F32, anchors, INTENSITY_CELLS)))
             return STATUS_INVALID;
         float sum = 0;
         for (int k = 0; k < CONE_COUNT; k++) {
@@ -341,47 +211,96 @@ static enum status read_density(const struct reader *reader, const struct proxy 
     return STATUS_OK;
 }
 
-static enum status read_compact(const struct reader *reader, struct luminaire *l) {
+static enum status read_emission(const struct reader *reader, const struct luminaire *l, int group,
+                                 struct emission *emission) {
     const struct proxy *proxy = &l->shape.proxy;
+    char prefix[EMISSION_PREFIX];
     float unit[4];
-    if (!take_floats(reader, "light.", "unit", 4, unit)) return STATUS_INVALID;
+    emission_prefix(prefix, group, "light.");
+    if (!take_floats(reader, prefix, "unit", 4, unit)) return STATUS_INVALID;
     for (int c = 0; c < 3; c++)
         if (!(unit[1 + c] >= 0)) return fail(reader, "the light's scale is negative");
     if (!(unit[0] > 0)) return fail(reader, "the radiance unit is not positive");
-    l->light = calloc(1, sizeof *l->light);
-    if (!l->light) return error_set(reader->error, STATUS_MEMORY, "%s: out of memory", reader->name);
-    l->light->radiance_unit = unit[0];
-    memcpy(l->light->scale, unit + 1, sizeof l->light->scale);
-    enum status status = read_net(reader, "light.", proxy, &l->light->net);
-    if (!status && safetensors_find(reader->file, "transparency.encoding")) {
-        l->transparency = calloc(1, sizeof *l->transparency);
-        if (!l->transparency) return error_set(reader->error, STATUS_MEMORY, "%s: out of memory", reader->name);
-        status = read_net(reader, "transparency.", proxy, &l->transparency->net);
-    }
-    return status ? status : read_density(reader, proxy, &l->density);
+    emission->light = calloc(1, sizeof *emission->light);
+    if (!emission->light) return error_set(reader->error, STATUS_MEMORY, "%s: out of memory", reader->name);
+    emission->light->radiance_unit = unit[0];
+    memcpy(emission->light->scale, unit + 1, sizeof emission->light->scale);
+    enum status status = read_net(reader, prefix, proxy, &emission->light->net);
+    if (!status && emission->light->net.encoding.options.use_hull) return fail(reader, "the light field needs a hull");
+    emission_prefix(prefix, group, "sampling.");
+    if (!status) status = read_density(reader, prefix, proxy, &emission->density);
+    emission_prefix(prefix, group, "");
+    if (!status && l->hull)
+        status = view_read(reader->file, reader->name, prefix, proxy, l->hull, &emission->view, reader->error);
+    return status;
 }
 
-// The transparency may need the hull.
-static enum status share_hull(const struct reader *reader, struct luminaire *l) {
-    if (l->light && l->light->net.encoding.options.use_hull) return fail(reader, "the light field needs a hull");
-    if (!l->transparency || !l->transparency->net.encoding.options.use_hull) return STATUS_OK;
+static enum status read_transparency(const struct reader *reader, struct luminaire *l) {
+    if (!safetensors_find(reader->file, "transparency.encoding")) return STATUS_OK;
+    l->transparency = calloc(1, sizeof *l->transparency);
+    if (!l->transparency) return error_set(reader->error, STATUS_MEMORY, "%s: out of memory", reader->name);
+    enum status status = read_net(reader, "transparency.", &l->shape.proxy, &l->transparency->net);
+    if (status || !l->transparency->net.encoding.options.use_hull) return status;
     if (!l->hull) return fail(reader, "the transparency's hull is missing");
     return transparency_set_hull(l->transparency, l->hull, reader->error);
 }
 
-static enum status read_all(const struct reader *reader, struct luminaire *l) {
+// Of `rows` groups, or, where rows is 0, of the lamp.
+static enum status read_flux(const struct reader *reader, const char *prefix, size_t rows, float (*flux)[3]) {
+    const struct tensor *tensor = take(reader, prefix, "flux", TENSOR_F32, rows ? rows : 3, rows ? 3 : 0);
+    if (!tensor) return STATUS_INVALID;
+    const size_t count = rows ? rows : 1;
+    memcpy(flux, tensor->data, count * sizeof *flux);
+    for (size_t i = 0; i < count; i++)
+        for (int c = 0; c < 3; c++)
+            if (!(flux[i][c] >= 0)) return fail(reader, "the flux is negative");
+    return STATUS_OK;
+}
+
+// The names, separated by commas, and the flux of each.
+static enum status read_groups(const struct reader *reader, struct luminaire *l) {
+    const char *text = safetensors_metadata(reader->file, LUMINAIRE_GROUPS_KEY);
+    char names[LUMINAIRE_MAX_GROUPS][LUMINAIRE_NAME_SIZE];
+    const char *list[LUMINAIRE_MAX_GROUPS];
+    int count = 0;
+    for (const char *at = text; at; count++) {
+        size_t length = strcspn(at, ",");
+        if (count == LUMINAIRE_MAX_GROUPS || length >= LUMINAIRE_NAME_SIZE)
+            return fail(reader, "there are too many groups, or too long names");
+        memcpy(names[count], at, length);
+        names[count][length] = 0;
+        list[count] = names[count];
+        at = at[length] ? at + length + 1 : NULL;
+    }
+    if (!count) return fail(reader, "the names of the groups are missing");
+    l->emission_count = count;
+    struct error inner = {0};
+    enum status status = luminaire_name_groups(l, list, &inner);
+    if (status) return error_set(reader->error, status, "%s: %s", reader->name, inner.text);
+    float flux[LUMINAIRE_MAX_GROUPS][3];
+    if ((status = read_flux(reader, "groups.", (size_t)count, flux))) return status;
+    for (int g = 0; g < count; g++) memcpy(l->emissions[g].flux, flux[g], sizeof flux[g]);
+    return STATUS_OK;
+}
+
+static enum status read_all(const struct reader *reader, struct luminaire *l, bool grouped) {
     enum status status = read_proxy(reader, &l->shape);
+    l->emission_count = 1;
+    if (!status) status = read_flux(reader, "", 0, &l->emissions[0].flux);
+    if (!status && grouped) status = read_groups(reader, l);
+    if (!status) status = hull_read(reader->file, reader->name, &l->shape.proxy, &l->hull, reader->error);
     if (status) return status;
-    if (!take_floats(reader, "flux", "", 3, l->flux)) return STATUS_INVALID;
-    for (int c = 0; c < 3; c++)
-        if (!(l->flux[c] >= 0)) return fail(reader, "the flux is negative");
-    if (paper_present(reader->file))
+    if (paper_present(reader->file)) {
+        if (grouped || l->hull) return fail(reader, "the published networks have no groups and no hull");
         status = paper_read(reader->file, reader->name, &l->shape.proxy, &l->paper, reader->error);
-    else
-        status = read_compact(reader, l);
-    if (!status) status = hull_read(reader->file, reader->name, &l->shape.proxy, &l->hull, &l->view, reader->error);
-    if (!status) status = share_hull(reader, l);
+    } else {
+        status = read_transparency(reader, l);
+        for (int g = 0; g < l->emission_count && !status; g++) status = read_emission(reader, l, g, &l->emissions[g]);
+    }
     if (status) return status;
+    for (int g = 0; g < l->emission_count; g++)
+        for (int c = 0; c < 3; c++) l->factor[g][c] = 1;
+    luminaire_derive(l);
     return luminaire_set_metadata(l, reader->file->metadata_keys, reader->file->metadata_values,
                                   reader->file->metadata_count, reader->error);
 }
@@ -393,18 +312,20 @@ enum status luminaire_parse(struct luminaire **luminaire, const char *name, cons
     enum status status = safetensors_parse(&file, name, bytes, length, error);
     if (status) return status;
     struct reader reader = {&file, name, error};
-    const char *format = safetensors_metadata(&file, format_key), *found = safetensors_metadata(&file, version_key);
+    const char *format = safetensors_metadata(&file, LUMINAIRE_FORMAT_KEY),
+               *found = safetensors_metadata(&file, LUMINAIRE_VERSION_KEY);
+    const bool grouped = found && strcmp(found, LUMINAIRE_VERSION_GROUPS) == 0;
     struct luminaire *l = NULL;
-    if (!format || strcmp(format, format_name) != 0)
+    if (!format || strcmp(format, LUMINAIRE_FORMAT) != 0)
         status = error_set(error, STATUS_INVALID, "%s: not a baked luminaire; make one with 'sconce bake'", name);
-    else if (!found || strcmp(found, version) != 0)
-        status =
-            error_set(error, STATUS_INVALID, "%s: format version %.40s, this program reads %s; bake the lamp again",
-                      name, found ? found : "missing", version);
+    else if (!found || (!grouped && strcmp(found, LUMINAIRE_VERSION) != 0))
+        status = error_set(error, STATUS_INVALID,
+                           "%s: format version %.40s, this program reads %s and %s; bake the lamp again", name,
+                           found ? found : "missing", LUMINAIRE_VERSION, LUMINAIRE_VERSION_GROUPS);
     else if (!(l = calloc(1, sizeof *l)))
         status = error_set(error, STATUS_MEMORY, "%s: out of memory", name);
     else
-        status = read_all(&reader, l);
+        status = read_all(&reader, l, grouped);
     safetensors_fini(&file);
     if (status) {
         luminaire_destroy(l);

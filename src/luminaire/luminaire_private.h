@@ -7,19 +7,38 @@
 #include "luminaire/proxy.h"
 #include "luminaire/sampling.h"
 
+struct emission { // of one group of emitters, or of the whole lamp
+    struct light_field *light;
+    struct sampling_density *density;
+    struct view_field *view; // NULL without a hull
+    float flux[3]; // as baked
+    char name[LUMINAIRE_NAME_SIZE];
+};
+
 struct luminaire {
     struct proxy_shape shape;
-    struct paper *paper; // the published networks, which then stand in place of the next three; or NULL
-    struct light_field *light;
+    struct paper *paper; // the published networks, which then stand in place of transparency and emissions; or NULL
     struct transparency *transparency; // NULL: T = 0
-    struct sampling_density *density;
-    struct hull *hull; // with its view field, or both NULL
-    struct view_field *view;
-    float flux[3];
+    struct hull *hull; // every emission has a view field then; or NULL
+    struct emission emissions[LUMINAIRE_MAX_GROUPS];
+    int emission_count; // at least 1; with `paper` the one holds the flux alone
+    bool grouped; // the emissions have names
+    bool borrowed; // a dimmed copy: what it points to belongs to the original
+    // The light of emission g is multiplied by factor[g]. Light samples are drawn from its density with probability
+    // share[g]; the shares sum to 1.
+    float factor[LUMINAIRE_MAX_GROUPS][3], share[LUMINAIRE_MAX_GROUPS];
+    float flux[3]; // with the factors
     char **keys, **values;
     size_t metadata_count;
     size_t bytes; // of the file
 };
+
+// Flux and shares from the emissions and the factors: after any change of them.
+void luminaire_derive(struct luminaire *luminaire);
+
+// The light on all lines of the bounding sphere, of whatever proxy.
+void luminaire_sum_light(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
+                         float (*radiance)[3]);
 
 enum status luminaire_set_metadata(struct luminaire *luminaire, const char *const *keys, const char *const *values,
                                    size_t count, struct error *error);

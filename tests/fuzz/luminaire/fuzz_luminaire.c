@@ -29,6 +29,13 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t length) {
         struct view_point at = {.point = {center[0], center[1], center[2]}, .normal = {0, 0, 1}, .w = {0, 0.6f, 0.8f}};
         luminaire_view(luminaire, 1, &at, l);
     }
+    const float factors[LUMINAIRE_MAX_GROUPS][3] = {{0.5f, 0, 2}, {1, 1, 1}, {0}, {3, 0, 0}};
+    struct luminaire *dimmed;
+    if (luminaire_dim(&dimmed, luminaire, factors, &error) == STATUS_OK) {
+        luminaire_eval(dimmed, 2, points, w, l);
+        luminaire_sample(dimmed, 2, points, u, d, pdf);
+        luminaire_destroy(dimmed);
+    }
     luminaire_destroy(luminaire);
     return 0;
 }
