@@ -103,8 +103,12 @@ static void write_scene(FILE *file) {
     scene_mesh(file, "frame", "brass.obj", false, "<bsdf type=\"twosided\"><ref id=\"brass\"/></bsdf>");
     for (int i = 0; i < BULBS; i++) {
         struct point center = point_around(ring_radius, bulb_height, bulb_angle(i));
-        scene_sphere(file, center, emitter_radius,
-                     "<emitter type=\"area\"><rgb name=\"radiance\" value=\"28000, 22400, 16400\"/></emitter>");
+        char emitter[160]; // of two groups: left and right
+        snprintf(
+            emitter, sizeof emitter,
+            "<emitter type=\"area\" id=\"%s.%03d\"><rgb name=\"radiance\" value=\"28000, 22400, 16400\"/></emitter>",
+            center.x < 0 ? "left" : "right", i + 1);
+        scene_sphere(file, center, emitter_radius, emitter);
         scene_sphere(file, center, bulb_inner, "<ref id=\"shell_inside\"/>");
         scene_sphere(file, center, bulb_outer, "<ref id=\"shell_outside\"/>");
     }

@@ -4,7 +4,7 @@
 // luminaire_hull and luminaire_view.
 #pragma once
 
-#include "luminaire/luminaire.h"
+#include "luminaire/group_setting.h"
 #include "math/warp.h"
 
 struct luminaire;
@@ -16,6 +16,24 @@ enum status luminaire_load(struct luminaire **luminaire, const char *path, struc
     return STATUS_OK;
 }
 void luminaire_destroy(struct luminaire *luminaire) { (void)luminaire; }
+size_t luminaire_group_count(const struct luminaire *luminaire) {
+    (void)luminaire;
+    return 0;
+}
+const char *luminaire_group(const struct luminaire *luminaire, size_t index, float flux[3]) {
+    (void)luminaire, (void)index, (void)flux;
+    return NULL;
+}
+enum status luminaire_dim(struct luminaire **dimmed, const struct luminaire *original, const float (*factors)[3],
+                          struct error *error) {
+    (void)dimmed, (void)original, (void)factors;
+    return error_set(error, STATUS_UNSUPPORTED, "a stand-in cannot be dimmed");
+}
+enum status luminaire_group_factors(const struct luminaire *luminaire, const char *text, float length,
+                                    float factors[LUMINAIRE_MAX_GROUPS][3], struct error *error) {
+    (void)luminaire, (void)text, (void)length, (void)factors;
+    return error_set(error, STATUS_UNSUPPORTED, "a stand-in cannot be dimmed");
+}
 const char *luminaire_metadata(const struct luminaire *luminaire, const char *key) {
     (void)luminaire, (void)key;
     return NULL;

@@ -39,6 +39,8 @@ struct emitter {
     const struct shape *shape; // area emitters
     unsigned flags; // copied from type->flags
     uint32_t index; // in scene->emitters
+    const char *id; // its own, or its shape's, or ""
+    rgb factor; // multiplies the light of an area emitter: a dimmed or tinted lamp's
     struct scene_bounds bounds; // of the scene, set by scene_commit before `ready`
     rgb power; // total emitted power, set by `ready` (an estimate is enough for textured ones)
 };

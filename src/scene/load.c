@@ -101,10 +101,15 @@ enum status scene_load(struct scene *scene, const char *path, const struct scene
 
 void scene_fini(struct scene *scene) {
     embree_scene_destroy(scene->embree);
+    for (size_t i = 0; i < scene->luminaire_count; i++) {
+        const struct luminaire_instance *instance = &scene->luminaires[i];
+        if (instance->luminaire != instance->file)
+            luminaire_destroy((struct luminaire *)(uintptr_t)instance->luminaire);
+    }
     for (size_t i = 0; i < scene->luminaire_count; i++) { // instances share files
         size_t first = 0;
-        while (scene->luminaires[first].luminaire != scene->luminaires[i].luminaire) first++;
-        if (first == i) luminaire_destroy((struct luminaire *)(uintptr_t)scene->luminaires[i].luminaire);
+        while (scene->luminaires[first].file != scene->luminaires[i].file) first++;
+        if (first == i) luminaire_destroy((struct luminaire *)(uintptr_t)scene->luminaires[i].file);
     }
     for (struct lamp_description *lamp = scene->lamps; lamp; lamp = lamp->next) description_fini(&lamp->description);
     description_fini(&scene->description);

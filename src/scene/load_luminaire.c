@@ -10,7 +10,7 @@
 #include "scene/load_private.h"
 
 struct luminaire_shape {
-    const char *filename, *geometry;
+    const char *filename, *geometry, *groups;
     int keep, appearance;
     rgb dim;
     struct transform to_world;
@@ -27,6 +27,8 @@ const struct param luminaire_params[] = {
      .choices = "neural|surface|geometry",
      .help = "what the camera sees: the light field, the hull in the baked file, or the lamp's geometry"},
     {"dim", PARAM_RGB, offsetof(struct luminaire_shape, dim), "1", 0, 1e9, "1", .help = "multiplies the lamp's light"},
+    {"groups", PARAM_STRING, offsetof(struct luminaire_shape, groups), "",
+     .help = "groups of emitters, by factor, colours, colour temperature or flux: \"bulb=0.3; spot=800lm 2700K\""},
     {"geometry", PARAM_STRING, offsetof(struct luminaire_shape, geometry), "",
      .help = "the baked lamp's scene (.xml), for keep and appearance; default: where it was baked from"},
     PARAM_END,
@@ -113,6 +115,11 @@ static enum status check_geometry(struct loader *loader, const struct object *ob
                     baked, geometry);
 }
 
+static void dim_emitters(struct scene *scene, size_t first, rgb dim) {
+    for (size_t i = first; i < scene->emitter_count; i++)
+        scene->emitters[i]->factor = rgb_mul(scene->emitters[i]->factor, dim);
+}
+
 static enum status load_baked(struct loader *loader, const struct object *object, const struct luminaire_shape *shape,
                               const char *path, struct placement placement) {
     struct scene *scene = loader->scene;
@@ -133,6 +140,7 @@ static enum status load_baked(struct loader *loader, const struct object *object
     enum keep_geometry keep = unbiased ? KEEP_ALL : (enum keep_geometry)shape->keep;
     enum appearance appearance = unbiased ? APPEARANCE_NEURAL : (enum appearance)shape->appearance;
     instances[count] = (struct luminaire_instance){.luminaire = luminaire,
+                                                   .file = luminaire,
                                                    .to_world = placement.to_world,
                                                    .scale = scale,
                                                    .keep = keep,
@@ -141,6 +149,13 @@ static enum status load_baked(struct loader *loader, const struct object *object
                                                    .place = object->place};
     scene->luminaires = instances;
     scene->luminaire_count = count + 1;
+    float factors[LUMINAIRE_MAX_GROUPS][3];
+    if (shape->groups) {
+        struct luminaire *dimmed;
+        status = load_groups_baked(loader, object, shape->groups, luminaire, scale, &dimmed, factors);
+        if (status) return status;
+        instances[count].luminaire = dimmed;
+    }
     if (appearance == APPEARANCE_SURFACE) {
         if (shape->keep != KEEP_NONE)
             return error_at(loader->error, object->place,
@@ -166,7 +181,12 @@ static enum status load_baked(struct loader *loader, const struct object *object
     placement.luminaire = (int)count;
     placement.opaque_only = keep != KEEP_ALL && appearance == APPEARANCE_NEURAL;
     if (unbiased && (status = check_geometry(loader, object, luminaire, path, geometry))) return status;
-    return expand(loader, object, geometry, placement);
+    const size_t first = scene->emitter_count;
+    status = expand(loader, object, geometry, placement);
+    if (!status && shape->groups)
+        status = load_groups_kept(loader, object, luminaire, (const float(*)[3])factors, first);
+    if (!status) dim_emitters(scene, first, placement.dim);
+    return status;
 }
 
 enum status load_luminaire(struct loader *loader, struct object *object) {
@@ -184,7 +204,13 @@ enum status load_luminaire(struct loader *loader, struct object *object) {
     placement.depth++;
     char path[PATH_MAX];
     path_resolve(path, sizeof path, object->place.file, shape.filename);
-    if (has_extension(path, ".xml")) return expand(loader, object, path, placement);
+    if (has_extension(path, ".xml")) {
+        const size_t first = loader->scene->emitter_count;
+        status = expand(loader, object, path, placement);
+        if (!status && shape.groups) status = load_groups_geometry(loader, object, shape.groups, first);
+        if (!status) dim_emitters(loader->scene, first, shape.dim);
+        return status;
+    }
     if (!has_extension(path, ".safetensors"))
         return error_at(loader->error, object->place,
                         "filename '%s' is neither a lamp's scene (.xml) nor a baked lamp (.safetensors)",

@@ -1,6 +1,6 @@
 // What the files of the scene loader share. load.c walks the scene; load_plugin.c makes textures and BSDFs;
-// load_shape.c shapes with their emitters and media; load_luminaire.c lamps, load_hull.c their hulls; load_settings.c
-// camera and integrator.
+// load_shape.c shapes with their emitters and media; load_luminaire.c lamps, load_groups.c the groups of their
+// emitters, load_hull.c their hulls; load_settings.c camera and integrator.
 #pragma once
 
 #include "scene/params.h"
@@ -25,7 +25,7 @@ struct loader {
     // Where the file that is being read stands: the scene itself, or a lamp within it.
     struct placement {
         struct transform to_world;
-        rgb dim; // multiplies the emission
+        rgb dim; // multiplies the light of baked lamps
         int luminaire; // kept geometry of this instance, or -1
         bool opaque_only; // leave out what emits or transmits
         int depth; // 0: the scene
@@ -51,6 +51,15 @@ enum status load_shape(struct loader *loader, struct object *object);
 enum status load_emitter(struct loader *loader, struct object *object, struct shape *shape,
                          const struct emitter **emitter);
 enum status load_luminaire(struct loader *loader, struct object *object);
+// The setting of a lamp's groups (luminaire/group_setting.h): of geometry, whose emitters begin at `first`; of a baked
+// lamp, placed with this scale, as *dimmed with factors[LUMINAIRE_MAX_GROUPS]; of the emitters of a baked lamp's kept
+// geometry.
+enum status load_groups_geometry(struct loader *loader, const struct object *object, const char *text, size_t first);
+enum status load_groups_baked(struct loader *loader, const struct object *object, const char *text,
+                              const struct luminaire *luminaire, float scale, struct luminaire **dimmed,
+                              float factors[LUMINAIRE_MAX_GROUPS][3]);
+enum status load_groups_kept(struct loader *loader, const struct object *object, const struct luminaire *luminaire,
+                             const float (*factors)[3], size_t first);
 enum status load_hull(struct loader *loader, const struct luminaire_instance *instance, int index);
 enum status load_sensor(struct loader *loader, struct object *object);
 enum status load_integrator(struct loader *loader, struct object *object);

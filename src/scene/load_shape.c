@@ -137,21 +137,6 @@ enum status load_shape(struct loader *loader, struct object *object) {
     return status || !emitter ? status : load_emitter(loader, emitter, shape, &shape->emitter);
 }
 
-// A dimmed lamp given as geometry: the emission of its constant emitters is scaled.
-static enum status emitter_dim(const struct loader *loader, const struct object *object, struct emitter *emitter) {
-    rgb dim = loader->placement.dim;
-    for (const struct param *p = emitter->type->params; p->name && (dim.r != 1 || dim.g != 1 || dim.b != 1); p++) {
-        if (!param_name_equal(p->name, "radiance") || p->type != PARAM_TEXTURE) continue;
-        const struct texture **field = (const struct texture **)(void *)((char *)emitter + p->offset);
-        struct texture *dimmed = load_alloc(loader, sizeof *dimmed);
-        if (!dimmed) return STATUS_MEMORY;
-        if ((*field)->type) return error_at(loader->error, object->place, "a textured emitter cannot be dimmed");
-        dimmed->value = rgb_mul((*field)->value, dim);
-        *field = dimmed;
-    }
-    return STATUS_OK;
-}
-
 enum status load_emitter(struct loader *loader, struct object *object, struct shape *shape,
                          const struct emitter **result) {
     static const char *const tags[] = {"texture", NULL};
@@ -167,14 +152,17 @@ enum status load_emitter(struct loader *loader, struct object *object, struct sh
                         type->name);
     struct emitter *emitter = load_alloc(loader, type->size);
     if (!emitter) return STATUS_MEMORY;
-    *emitter =
-        (struct emitter){.type = type, .shape = shape, .flags = type->flags, .index = (uint32_t)scene->emitter_count};
+    *emitter = (struct emitter){.type = type,
+                                .shape = shape,
+                                .flags = type->flags,
+                                .index = (uint32_t)scene->emitter_count,
+                                .id = shape && !object->id[0] ? shape->id : object->id,
+                                .factor = rgb_gray(1)};
     struct commit_context context = load_context(loader, object);
     params_ignore(object, ignored);
     enum status status = load_check_children(loader, object, tags);
     if (!status) status = params_read(emitter, type->params, NULL, object, &context, &loader->maker, loader->error);
     if (!status) status = params_check_used(object, &type->params, 1, loader->error);
-    if (!status) status = emitter_dim(loader, object, emitter);
     if (!status && type->commit) status = type->commit(emitter, &context, loader->error);
     if (status == STATUS_IO && loader->options->skip_missing) {
         run_warn(loader->run, "%s; the emitter is left out", loader->error ? loader->error->text : "a file is missing");

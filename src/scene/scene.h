@@ -17,7 +17,8 @@ enum appearance { APPEARANCE_NEURAL, APPEARANCE_SURFACE, APPEARANCE_GEOMETRY };
 enum lamp_mask { LAMP_MASK_RGB, LAMP_MASK_BINARY, LAMP_MASK_NONE };
 
 struct luminaire_instance { // a baked lamp placed in the scene
-    const struct luminaire *luminaire;
+    const struct luminaire *luminaire; // the file's, or a copy of it with its groups dimmed
+    const struct luminaire *file; // several instances share it
     struct transform to_world; // rotation, uniform scale, translation
     float scale; // its uniform scale (radiance is unchanged by scaling)
     enum keep_geometry keep;

@@ -73,7 +73,7 @@ static enum status emitter_make_ready(struct scene *scene, size_t index, struct 
     enum status status = STATUS_OK;
     if (emitter->shape) status = shape_build_triangles(scene->shapes[emitter->shape->index], context, error);
     if (status == STATUS_OK && emitter->type->ready) status = emitter->type->ready(emitter, context, error);
-    if (status == STATUS_OK && rgb_is_black(emitter->power)) {
+    if (status == STATUS_OK && rgb_is_black(emitter->power) && !rgb_is_black(emitter->factor)) {
         if (emitter->shape) {
             run_warn(context->run, "%s:%d:%d: the %s light of this shape emits nothing", emitter->shape->place.file,
                      emitter->shape->place.line, emitter->shape->place.column, emitter->type->name);

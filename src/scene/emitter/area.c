@@ -24,14 +24,14 @@ static const struct param area_params[] = {{.name = "radiance",
 static enum status area_ready(struct emitter *emitter, struct commit_context *context, struct error *error) {
     (void)context, (void)error;
     const struct area_emitter *self = (const struct area_emitter *)emitter;
-    emitter->power = rgb_scale(self->radiance->value, PI_F * emitter->shape->area);
+    emitter->power = rgb_scale(rgb_mul(emitter->factor, self->radiance->value), PI_F * emitter->shape->area);
     return STATUS_OK;
 }
 
 static rgb area_eval(const struct emitter *emitter, const struct surface *surface, vec3 w) {
     const struct area_emitter *self = (const struct area_emitter *)emitter;
     bool outside = vec3_dot(w, surface->shading.n) > 0 && vec3_dot(w, surface->ng) > 0;
-    return outside ? texture_eval(self->radiance, surface->uv) : rgb_gray(0);
+    return outside ? rgb_mul(emitter->factor, texture_eval(self->radiance, surface->uv)) : rgb_gray(0);
 }
 
 // 1 - cos of the cone in which a sphere is seen from p, or 0 where it is sampled by area: from inside and very near.
