@@ -94,6 +94,16 @@ SCONCE_API void sconce_luminaire_pdf(const struct sconce_luminaire *luminaire, s
 // luminaire.
 SCONCE_API void sconce_luminaire_flux(const struct sconce_luminaire *luminaire, float flux[3]);
 SCONCE_API const char *sconce_luminaire_metadata(const struct sconce_luminaire *luminaire, const char *key);
+// Groups of emitters that were baked separately: the name of the index-th, NULL past the last (or where there are
+// none), owned by the luminaire; flux (or NULL): of the group as baked. Thread-safe.
+SCONCE_API const char *sconce_luminaire_group(const struct sconce_luminaire *luminaire, size_t index, float flux[3]);
+// The same lamp with its groups dimmed and tinted by `settings`, "bulb=0.3; spot=800lm 2700K" (docs/scene-files.md; the
+// group "all" is the whole lamp; lumens as though the lamp's length unit were the metre), for all the calls above.
+// It shares the original's tables, costs no more than itself to close, and must be closed before the original. Any
+// number of such luminaires may be used at once, by any threads. Errors: unknown groups, what is no setting.
+SCONCE_API enum sconce_status sconce_luminaire_dim(struct sconce_luminaire **dimmed,
+                                                   const struct sconce_luminaire *original, const char *settings,
+                                                   struct sconce_error *error);
 
 // ---- The verbs of the program ------------------------------------------------------------------------------------
 
@@ -110,6 +120,9 @@ struct sconce_bake_options {
     const char *proxy; // "auto" (NULL), "sphere", "box", "cylinder", or a closed mesh's file
     bool resume; // go on from OUTPUT's checkpoint; preset "paper" has none
     const char *view; // "hull" (NULL): the file also holds a small hull for appearance=surface; "none"
+    // "none" (NULL); "named": emitters whose ids begin alike, up to the first '.', are a group that can be dimmed and
+    // tinted later; "each": every emitter is one. 16 groups at most.
+    const char *groups;
 };
 
 struct sconce_figures { // what was measured on held-out lines, beside the black image's score (1 = nothing learned)

@@ -51,16 +51,21 @@ static enum status choices_parse(struct bake_options *bake, const struct sconce_
     static const char *const sizes[] = {
         [BAKE_SIZE_SMALL] = "small", [BAKE_SIZE_DEFAULT] = "default", [BAKE_SIZE_LARGE] = "large"};
     const char *view = options->view ? options->view : "hull";
-    int quality, size;
+    static const char *const groupings[] = {
+        [BAKE_GROUPS_NONE] = "none", [BAKE_GROUPS_NAMED] = "named", [BAKE_GROUPS_EACH] = "each"};
+    int quality, size, groups;
     enum status status =
         choice_parse(&quality, qualities, "quality", options->quality ? options->quality : "standard", error);
     if (!status) status = choice_parse(&size, sizes, "size", options->size ? options->size : "default", error);
+    if (!status)
+        status = choice_parse(&groups, groupings, "grouping", options->groups ? options->groups : "none", error);
     if (!status && strcmp(view, "hull") && strcmp(view, "none"))
         status = error_set(error, STATUS_INVALID, "there is no view '%s'; use hull or none", view);
     if (status) return status;
     bake->quality = (enum bake_quality)quality;
     bake->size = (enum bake_size)size;
     bake->view = strcmp(view, "none") ? BAKE_VIEW_HULL : BAKE_VIEW_NONE;
+    bake->groups = (enum bake_groups)groups;
     return STATUS_OK;
 }
 

@@ -6,6 +6,7 @@
 
 #include "api/api_run.h"
 #include "image/image.h"
+#include "luminaire/group_setting.h"
 #include "luminaire/hull.h"
 #include "luminaire/luminaire.h"
 #include "scene/help.h"
@@ -32,6 +33,15 @@ static enum status info_luminaire(const char *path, json_t *json, struct error *
     json_object_set_new(json, "center", triple(center));
     json_object_set_new(json, "radius", json_real((double)radius));
     json_object_set_new(json, "flux", triple(flux));
+    json_object_set_new(json, "lumens", json_real((double)luminous_flux(flux)));
+    json_t *groups = json_array();
+    for (size_t g = 0; g < luminaire_group_count(luminaire); g++) {
+        const char *name = luminaire_group(luminaire, g, flux);
+        json_array_append_new(groups, json_pack("{s:s, s:o, s:f}", "name", name, "flux", triple(flux), "lumens",
+                                                (double)luminous_flux(flux)));
+    }
+    if (json_array_size(groups)) json_object_set(json, "groups", groups);
+    json_decref(groups);
     const struct hull *hull = luminaire_hull(luminaire);
     if (hull)
         json_object_set_new(json, "hull",
@@ -99,8 +109,9 @@ static enum status info_scene(const char *path, const struct scene_options *opti
     json_t *emitters = json_array();
     for (size_t i = 0; i < scene.emitter_count; i++) {
         const rgb power = scene.emitters[i]->power;
-        json_array_append_new(emitters, json_pack("{s:s, s:[fff]}", "type", scene.emitters[i]->type->name, "power",
-                                                  (double)power.r, (double)power.g, (double)power.b));
+        json_array_append_new(emitters, json_pack("{s:s, s:s, s:[fff]}", "type", scene.emitters[i]->type->name, "id",
+                                                  scene.emitters[i]->id, "power", (double)power.r, (double)power.g,
+                                                  (double)power.b));
     }
     json_object_set_new(json, "kind", json_string("scene"));
     json_object_set_new(json, "triangles", json_integer((json_int_t)triangles));

@@ -1,6 +1,6 @@
 // The public luminaire: src/luminaire/luminaire.h under its public name.
 #include "api/api_run.h"
-#include "luminaire/luminaire.h"
+#include "luminaire/group_setting.h"
 
 // struct sconce_luminaire is struct luminaire seen from outside; it is never defined.
 static const struct luminaire *inner(const struct sconce_luminaire *luminaire) {
@@ -49,6 +49,21 @@ void sconce_luminaire_pdf(const struct sconce_luminaire *luminaire, size_t n, co
 
 void sconce_luminaire_flux(const struct sconce_luminaire *luminaire, float flux[3]) {
     luminaire_flux(inner(luminaire), flux);
+}
+
+const char *sconce_luminaire_group(const struct sconce_luminaire *luminaire, size_t index, float flux[3]) {
+    return index < luminaire_group_count(inner(luminaire)) ? luminaire_group(inner(luminaire), index, flux) : NULL;
+}
+
+enum sconce_status sconce_luminaire_dim(struct sconce_luminaire **dimmed, const struct sconce_luminaire *original,
+                                        const char *settings, struct sconce_error *error) {
+    float factors[LUMINAIRE_MAX_GROUPS][3];
+    struct luminaire *copy = NULL;
+    struct error inner_error = {0};
+    enum status status = luminaire_group_factors(inner(original), settings, 1, factors, &inner_error);
+    if (!status) status = luminaire_dim(&copy, inner(original), (const float(*)[3])factors, &inner_error);
+    *dimmed = (struct sconce_luminaire *)copy;
+    return api_status(status, &inner_error, error);
 }
 
 const char *sconce_luminaire_metadata(const struct sconce_luminaire *luminaire, const char *key) {

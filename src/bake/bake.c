@@ -76,14 +76,14 @@ static void describe_job(const struct bake_job *job, char text[80]) {
     const struct bake_options *o = job->options;
     snprintf(text, 80, "%016llx seed %llu quality %d size %d seconds %g proxy %d", (unsigned long long)job->identity,
              (unsigned long long)job->run->seed, (int)o->quality, (int)o->size, o->seconds,
-             (int)o->proxy + 16 * (int)o->view);
+             (int)o->proxy + 16 * (int)o->view + 256 * (int)o->groups);
 }
 
 static enum status create_transparency(struct bake_job *job, struct error *error) {
     struct transparency_options options = {
         .proxy = &job->lamp.proxy,
         .hull = bake_camera_sees_all(&job->scene) ? job->view.hull : NULL, // else the file's hull may be left out
-        .log2_entries = job->plan.log2_entries,
+        .log2_entries = job->transparency_log2_entries,
         .packed = job->plan.packed,
         .steps = job->plan.transparency_chunks * CHUNK_STEPS,
         .seed = job->lamp.seed};
@@ -119,20 +119,39 @@ static enum status start_training(struct bake_job *job, struct error *error) {
     if (status != STATUS_OK) return status;
     job->checkpoint.recipe.packed = job->plan.packed;
     job->checkpoint.recipe.loss = job->plan.loss;
-    if (resumed && job->options->seconds > 0) job->deadline_s -= job->checkpoint.seconds;
     job->start_s -= job->checkpoint.seconds;
+    job->group_start_s -= job->checkpoint.seconds;
+    bake_plan_time(job);
     status = light_training_create(&job->light, &job->lamp, &job->survey, job->guide, &job->checkpoint.recipe,
                                    STREAM_TRAINING, error);
-    if (status == STATUS_OK && bake_has_view(job))
+    if (status == STATUS_OK && bake_has_view(job) && job->group == 0)
         status = hull_build(&job->view.hull, &job->hull_map, &job->lamp, job->plan.view.triangles, error);
-    if (status == STATUS_OK) status = create_transparency(job, error);
+    if (status == STATUS_OK && job->group == 0) status = create_transparency(job, error);
     if (status == STATUS_OK && resumed) {
         job->light.traced = job->checkpoint.traced;
-        status = checkpoint_load_networks(&job->checkpoint, job->folder, job->light.field, job->transparency, error);
+        status = checkpoint_load_networks(&job->checkpoint, job->folder, job->light.field,
+                                          job->group ? NULL : job->transparency, error);
         run_note(job->run, "resumed %s after %zu of %zu chunks", job->folder, job->checkpoint.light_chunks,
                  job->checkpoint.recipe.chunks);
     }
     return status;
+}
+
+static enum status bake_group(struct bake_job *job, size_t group, struct error *error) {
+    enum status status = bake_group_begin(job, group, error);
+    if (status == STATUS_OK) status = survey_lamp(job, error);
+    if ((status == STATUS_OK && run_cancelled(job->run)) || status == STATUS_CANCELLED)
+        return error_set(error, STATUS_CANCELLED,
+                         group ? "cancelled; the same command with --resume goes on after the groups that are done"
+                               : "cancelled before anything was learned");
+    if (job->options->preset == BAKE_PAPER) {
+        if (status == STATUS_OK) status = bake_train_paper(job, error);
+    } else {
+        if (status == STATUS_OK) status = start_training(job, error);
+        if (status == STATUS_OK) status = bake_train(job, error);
+        if (status == STATUS_OK) status = bake_view_stage(job, error);
+    }
+    return status == STATUS_OK ? bake_group_end(job, error) : status;
 }
 
 static enum status bake_scene(struct bake_job *job, struct bake_report *report, struct error *error) {
@@ -143,18 +162,12 @@ static enum status bake_scene(struct bake_job *job, struct bake_report *report, 
     status = lamp_proxy_fit(&job->lamp.proxy, &job->scene, job->options->proxy, job->options->proxy_path, &job->arena,
                             error);
     if (status == STATUS_OK) status = proxy_shape_init(&job->lamp.shape, &job->lamp.proxy, error);
-    if (status == STATUS_OK) status = survey_lamp(job, error);
-    if (status == STATUS_OK && run_cancelled(job->run))
-        return error_set(error, STATUS_CANCELLED, "cancelled before anything was learned");
-    if (job->options->preset == BAKE_PAPER) {
-        if (status == STATUS_OK) status = bake_train_paper(job, error);
-    } else {
-        if (status == STATUS_OK) status = start_training(job, error);
-        if (status == STATUS_OK) status = bake_train(job, error);
-        if (status == STATUS_OK) status = bake_view_stage(job, error);
-    }
+    job->transparency_log2_entries = job->plan.log2_entries;
+    if (status == STATUS_OK) status = bake_groups_find(job, error);
+    for (size_t g = 0; status == STATUS_OK && g < bake_group_count(job); g++) status = bake_group(job, g, error);
+    bake_light_group(job, -1);
     if (status == STATUS_OK) status = bake_finish(job, report, error);
-    if (status == STATUS_OK) checkpoint_remove(job->folder);
+    if (status == STATUS_OK) bake_remove_checkpoints(job);
     return status;
 }
 
@@ -173,10 +186,8 @@ enum status bake_lamp_plan(const struct bake_options *options, const struct bake
     job->run = run;
     job->plan = *plan;
     job->start_s = clock_wall_s();
-    job->deadline_s = options->seconds > 0 ? job->start_s + options->seconds : (double)INFINITY;
+    job->deadline_s = (double)INFINITY;
     enum status status = STATUS_OK;
-    if ((size_t)snprintf(job->folder, sizeof job->folder, "%s.checkpoint", options->output_path) >= sizeof job->folder)
-        status = error_set(error, STATUS_INVALID, "the output's path is too long");
     struct scene_options scene_options = {.definitions = options->definitions,
                                           .definition_count = options->definition_count,
                                           .skip_missing = options->skip_missing,
@@ -189,15 +200,12 @@ enum status bake_lamp_plan(const struct bake_options *options, const struct bake
     if (status == STATUS_OK) status = scene_load(&job->scene, options->lamp_path, &scene_options, run, error);
     if (status == STATUS_OK) {
         status = bake_scene(job, report, error);
-        light_training_destroy(&job->light);
+        bake_group_fini(job);
+        bake_groups_fini(job);
         transparency_destroy(job->transparency);
         paper_destroy(job->paper);
         hull_destroy(job->view.hull);
         hull_map_fini(&job->hull_map);
-        view_field_destroy(job->view.field);
-        held_out_destroy(&job->held_out);
-        line_guide_destroy(job->guide);
-        survey_fini(&job->survey);
         proxy_shape_fini(&job->lamp.shape);
         scene_fini(&job->scene);
         arena_fini(&job->arena);

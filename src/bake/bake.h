@@ -11,6 +11,8 @@ enum bake_size { BAKE_SIZE_SMALL, BAKE_SIZE_DEFAULT, BAKE_SIZE_LARGE }; // of th
 // BAKE_PAPER: the published networks, for comparison (luminaire/paper.h); no other size, no resume.
 enum bake_preset { BAKE_COMPACT, BAKE_PAPER };
 enum bake_view { BAKE_VIEW_HULL, BAKE_VIEW_NONE }; // a hull for appearance=surface, or none
+// Groups of emitters with a light field each (scene/emitter_groups.h).
+enum bake_groups { BAKE_GROUPS_NONE, BAKE_GROUPS_NAMED, BAKE_GROUPS_EACH };
 enum bake_proxy { BAKE_PROXY_AUTO, BAKE_PROXY_SPHERE, BAKE_PROXY_BOX, BAKE_PROXY_CYLINDER, BAKE_PROXY_MESH };
 
 struct bake_options {
@@ -25,6 +27,7 @@ struct bake_options {
     enum bake_proxy proxy;
     const char *proxy_path; // BAKE_PROXY_MESH: a closed mesh (.obj, .ply) in lamp coordinates that holds the lamp
     enum bake_view view;
+    enum bake_groups groups;
     bool resume; // go on from OUTPUT.checkpoint where there is one
 };
 
@@ -32,10 +35,10 @@ struct bake_report {
     const char *proxy; // "sphere", ...
     const char *encoding; // what the trial chose: "grid4", "shells", "grid4+shells"
     const char *data; // "camera", "particles", "both"
-    size_t anchor_count;
-    float clear_share; // of the flux on lines that pass an emitter
+    size_t anchor_count; // of all groups
+    float clear_share; // of the (first group's) flux on lines that pass an emitter
     size_t steps, traced; // optimiser steps; particles and camera lines traced
-    float scale[3]; // what the light field was multiplied with in the end, to have the lamp's flux
+    float scale[3]; // what the (first) light field was multiplied with in the end, to have the lamp's flux
     size_t bytes; // of the file
     double seconds; // wall time of the bake, over all its runs
     struct evaluation evaluation;

@@ -66,6 +66,11 @@ static enum status choose_data(struct bake_job *job, enum data_source *data, str
 }
 
 enum status bake_choose(struct bake_job *job, struct light_recipe *recipe, struct error *error) {
+    if (job->group > 0) { // the lamp's glass is the same, and so is what suits it
+        *recipe = job->recipe;
+        recipe->chunks = job->plan.light_chunks;
+        return STATUS_OK;
+    }
     const bool clear = job->survey.clear_share > clear_limit;
     struct light_recipe best = {.data = job->plan.camera_only ? DATA_CAMERA : DATA_PARTICLES,
                                 .encoding = ENCODING_CHOICES - 1,

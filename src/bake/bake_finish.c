@@ -1,5 +1,6 @@
-// The last stage: the light field is scaled to the particles' flux, the sampling density is built, everything is put
-// together, measured on held-out light and written. The file is measured as it will be read: after quantisation.
+// The last stage: everything is put together, written and measured on held-out light. The file is measured as it will
+// be read: after quantisation.
+#include <jansson.h>
 #include <libgen.h>
 #include <limits.h>
 #include <stdarg.h>
@@ -13,30 +14,6 @@
 
 enum { VALUE_SIZE = 4400, KEYS = 12 };
 static const char *const quality_names[] = {"draft", "standard", "high"};
-
-// Fills `exits` with lines as the field shows them.
-static enum status scale_light(struct bake_job *job, struct exit_list *exits, float scale[3], struct error *error) {
-    double flux[3], noise[3];
-    enum status status = light_field_finish(job->light.field, error);
-    if (status != STATUS_OK) return status;
-    status = light_field_exits(job->light.field, &job->lamp, job->guide, job->field_lines, job->most_field_lines, exits,
-                               flux, noise, error);
-    if (status != STATUS_OK) return status;
-    for (int c = 0; c < 3; c++) {
-        scale[c] = flux[c] > 0 ? (float)(job->survey.flux[c] / flux[c]) : 1;
-        if (job->survey.flux[c] > 0 && fabs((double)scale[c] - 1) > 0.25)
-            run_warn(job->run,
-                     "channel %d of the light field had %.0f %% of the traced flux before it was scaled; bake longer",
-                     c, 100 / (double)scale[c]);
-        if (noise[c] > 0.003 || job->survey.flux_noise[c] > 0.003)
-            run_warn(job->run, "the flux of channel %d is known to %.2f %% only (of the lamp: %.2f %%)", c,
-                     100 * noise[c], 100 * job->survey.flux_noise[c]);
-    }
-    light_field_set_scale(job->light.field, scale);
-    for (size_t i = 0; i < exits->count; i++)
-        for (int c = 0; c < 3; c++) exits->exits[i].flux[c] *= scale[c];
-    return STATUS_OK;
-}
 
 // `to` as seen from the folder of `from_file`; absolute where the two share no folder.
 static void path_relative(char *result, size_t size, const char *from_file, const char *to) {
@@ -94,24 +71,29 @@ static void describe_bake(struct metadata *m, const struct bake_job *job, const 
 }
 
 // Adds what is known only after the luminaire was measured to the file.
-static enum status add_measurements(const char *path, const struct evaluation *evaluation, struct error *error) {
+static enum status add_measurements(const char *path, const struct evaluation *evaluation, const char *groups,
+                                    struct error *error) {
     struct safetensors file;
     enum status status = safetensors_load(&file, path, error);
     if (status != STATUS_OK) return status;
     char *json = evaluation_json(evaluation);
     size_t n = file.metadata_count;
-    const char **keys = calloc(n + 1, sizeof *keys), **values = calloc(n + 1, sizeof *values);
+    const char **keys = calloc(n + 2, sizeof *keys), **values = calloc(n + 2, sizeof *values);
     if (!json || !keys || !values)
         status = error_set(error, STATUS_MEMORY, "out of memory for the metadata");
     else {
         memcpy(keys, file.metadata_keys, n * sizeof *keys);
         memcpy(values, file.metadata_values, n * sizeof *values);
         keys[n] = "bake.evaluation";
-        values[n] = json;
+        values[n++] = json;
+        if (groups) {
+            keys[n] = "bake.groups";
+            values[n++] = groups;
+        }
         struct safetensors measured = file;
         measured.metadata_keys = keys;
         measured.metadata_values = values;
-        measured.metadata_count = n + 1;
+        measured.metadata_count = n;
         status = safetensors_save(&measured, path, error);
     }
     free(keys);
@@ -121,47 +103,83 @@ static enum status add_measurements(const char *path, const struct evaluation *e
     return status;
 }
 
-// The sampling density is of the light field, not of the lamp: where the field is blurred, light is drawn there too.
-static enum status assemble_compact(struct bake_job *job, const struct exit_list *exits,
-                                    const struct metadata *metadata, const float flux[3], struct luminaire **luminaire,
-                                    struct error *error) {
-    float anchors[SURVEY_CLUSTERS][3];
-    for (size_t i = 0; i < job->survey.cluster_count; i++)
-        memcpy(anchors[i], &job->survey.clusters[i].center, sizeof anchors[i]);
-    struct sampling_density *density;
-    enum status status =
-        sampling_density_build(&density, &job->lamp.proxy, (const float(*)[3])anchors, job->survey.cluster_count,
-                               exits->exits, exits->count, job->lamp.seed, job->run->threads, error);
-    if (status != STATUS_OK) return status;
-    struct light_field *field = job->light.field;
-    struct transparency *transparency = job->transparency;
-    job->light.field = NULL; // the luminaire owns them now
-    job->transparency = NULL;
-    return luminaire_assemble(luminaire, &job->lamp.proxy, field, transparency, density, flux, metadata->keys,
-                              metadata->values, metadata->count, error);
+static void take_group(struct baked_group *from, struct baked_group *to) { // who takes it owns it
+    *to = *from;
+    *from = (struct baked_group){0};
 }
 
-static enum status assemble_paper(struct bake_job *job, const struct metadata *metadata, const float flux[3],
-                                  struct luminaire **luminaire, struct error *error) {
+static enum status assemble_compact(struct bake_job *job, const struct metadata *metadata, struct luminaire **luminaire,
+                                    struct error *error) {
+    struct baked_group baked;
+    struct transparency *transparency = job->transparency;
+    struct hull *hull = job->view.hull;
+    job->transparency = NULL;
+    take_group(&job->baked[0], &baked);
+    enum status status = luminaire_assemble(luminaire, &job->lamp.proxy, baked.field, transparency, baked.density,
+                                            baked.flux, metadata->keys, metadata->values, metadata->count, error);
+    if (status == STATUS_OK && hull) {
+        job->view.hull = NULL;
+        status = luminaire_set_view(*luminaire, hull, baked.view, error);
+    } else
+        view_field_destroy(baked.view);
+    for (size_t g = 1; g < job->groups.count && status == STATUS_OK; g++) {
+        take_group(&job->baked[g], &baked);
+        if (!hull) view_field_destroy(baked.view);
+        status =
+            luminaire_add_group(*luminaire, baked.field, baked.density, hull ? baked.view : NULL, baked.flux, error);
+    }
+    return status == STATUS_OK && job->groups.count ? luminaire_name_groups(*luminaire, job->groups.names, error)
+                                                    : status;
+}
+
+static enum status assemble_paper(struct bake_job *job, const struct metadata *metadata, struct luminaire **luminaire,
+                                  struct error *error) {
     struct paper *paper = job->paper;
     job->paper = NULL; // the luminaire owns it now
-    return luminaire_assemble_paper(luminaire, &job->lamp.proxy, paper, flux, metadata->keys, metadata->values,
-                                    metadata->count, error);
+    return luminaire_assemble_paper(luminaire, &job->lamp.proxy, paper, job->baked[0].flux, metadata->keys,
+                                    metadata->values, metadata->count, error);
 }
 
-static enum status assemble(struct bake_job *job, const struct exit_list *exits, const struct bake_report *report,
-                            struct luminaire **luminaire, struct error *error) {
+static enum status assemble(struct bake_job *job, const struct bake_report *report, struct luminaire **luminaire,
+                            struct error *error) {
     struct metadata *metadata = calloc(1, sizeof *metadata);
     if (!metadata) return error_set(error, STATUS_MEMORY, "out of memory for the metadata");
     describe_bake(metadata, job, report);
-    const float flux[3] = {(float)job->survey.flux[0], (float)job->survey.flux[1], (float)job->survey.flux[2]};
-    enum status status = job->paper ? assemble_paper(job, metadata, flux, luminaire, error)
-                                    : assemble_compact(job, exits, metadata, flux, luminaire, error);
-    if (status == STATUS_OK && job->view.hull) {
-        status = luminaire_set_view(*luminaire, job->view.hull, job->view.field, error);
-        job->view = (struct view_result){NULL, NULL};
-    }
+    enum status status = job->paper ? assemble_paper(job, metadata, luminaire, error)
+                                    : assemble_compact(job, metadata, luminaire, error);
     free(metadata);
+    return status;
+}
+
+// Of each group alone: its flux against the traced one, and its irradiance. *json is freed by the caller.
+static enum status evaluate_groups(struct bake_job *job, const struct luminaire *luminaire, char **json,
+                                   struct error *error) {
+    const struct evaluation_effort effort = {.particles = job->plan.evaluation.particles / 4,
+                                             .lines = job->plan.evaluation.lines / 4};
+    const size_t count = job->groups.count;
+    json_t *list = json_array();
+    enum status status = STATUS_OK;
+    for (size_t g = 0; g < count && status == STATUS_OK; g++) {
+        float factors[LUMINAIRE_MAX_GROUPS][3] = {{0}};
+        for (int c = 0; c < 3; c++) factors[g][c] = 1;
+        struct luminaire *alone;
+        struct evaluation evaluation;
+        status = luminaire_dim(&alone, luminaire, (const float(*)[3])factors, error);
+        if (status != STATUS_OK) break;
+        bake_light_group(job, (int)g);
+        status = evaluate_luminaire(alone, &job->scene, &effort, job->run, &evaluation, error);
+        luminaire_destroy(alone);
+        if (status != STATUS_OK) break;
+        char *text = evaluation_json(&evaluation);
+        json_t *one = text ? json_loads(text, 0, NULL) : NULL;
+        free(text);
+        json_object_set_new(one, "name", json_string(job->groups.names[g]));
+        json_array_append_new(list, one);
+    }
+    bake_light_group(job, -1);
+    if (status == STATUS_OK && !(*json = json_dumps(list, JSON_COMPACT | JSON_REAL_PRECISION(6))))
+        status = error_set(error, STATUS_MEMORY, "out of memory for the groups' measurements");
+    json_decref(list);
     return status;
 }
 
@@ -170,32 +188,29 @@ enum status bake_finish(struct bake_job *job, struct bake_report *report, struct
     run_progress(job->run, "finishing", 0, 0, NULL);
     *report = (struct bake_report){
         .proxy = proxy_kind_name(job->lamp.proxy.kind),
-        .encoding = job->paper ? "frequencies" : encoding_choices[job->light.recipe.encoding].name,
-        .data = data_source_names[job->light.recipe.data],
-        .anchor_count = job->survey.cluster_count,
-        .clear_share = job->survey.clear_share,
-        .steps = job->checkpoint.light_chunks * CHUNK_STEPS,
-        .traced = job->light.traced + job->survey.exits.emitted,
-        .scale = {1, 1, 1},
+        .encoding = job->paper ? "frequencies" : encoding_choices[job->recipe.encoding].name,
+        .data = data_source_names[job->recipe.data],
+        .anchor_count = job->work.anchor_count,
+        .clear_share = job->work.clear_share,
+        .steps = job->work.steps,
+        .traced = job->work.traced,
+        .scale = {job->work.scale[0], job->work.scale[1], job->work.scale[2]},
     };
     struct luminaire *luminaire = NULL;
-    struct exit_list exits = {0};
-    enum status status =
-        job->paper ? STATUS_OK : scale_light(job, &exits, report->scale, error); // the published are not scaled
-    run_progress(job->run, "finishing", 0.4, clock_wall_s() - start, NULL);
-    if (status == STATUS_OK) status = assemble(job, &exits, report, &luminaire, error);
-    exit_list_fini(&exits);
+    enum status status = assemble(job, report, &luminaire, error);
     run_progress(job->run, "finishing", 0.8, clock_wall_s() - start, NULL);
     if (status == STATUS_OK) status = luminaire_save(luminaire, job->options->output_path, error);
     run_progress(job->run, "finishing", 1, clock_wall_s() - start, NULL);
-    exit_list_fini(&job->survey.exits);
     if (status == STATUS_OK)
         status =
             evaluate_luminaire(luminaire, &job->scene, &job->plan.evaluation, job->run, &report->evaluation, error);
+    char *groups = NULL;
+    if (status == STATUS_OK && job->groups.count) status = evaluate_groups(job, luminaire, &groups, error);
     if (status == STATUS_CANCELLED)
         error_set(error, status, "cancelled; %s is complete but was not measured", job->options->output_path);
     report->seconds = clock_wall_s() - job->start_s;
-    if (status == STATUS_OK) status = add_measurements(job->options->output_path, &report->evaluation, error);
+    if (status == STATUS_OK) status = add_measurements(job->options->output_path, &report->evaluation, groups, error);
+    free(groups);
     luminaire_destroy(luminaire);
     if (status == STATUS_OK) status = luminaire_load(&luminaire, job->options->output_path, error);
     if (status == STATUS_OK) {

@@ -6,6 +6,7 @@
 #include "bake/survey.h"
 #include "bake/training.h"
 #include "bake/view_bake.h"
+#include "scene/emitter_groups.h"
 
 struct bake_plan { // how much work each stage does
     size_t survey_particles;
@@ -19,11 +20,29 @@ struct bake_plan { // how much work each stage does
     enum light_loss loss;
 };
 
+struct baked_group { // a finished group
+    struct light_field *field;
+    struct sampling_density *density;
+    struct view_field *view;
+    float flux[3];
+};
+
 struct bake_job {
     const struct bake_options *options;
     const struct run *run;
     struct bake_plan plan;
-    double start_s, deadline_s; // clock_wall_s; deadline only where options->seconds > 0, else infinity
+    double start_s; // clock_wall_s
+    struct emitter_groups groups; // count 0: the whole lamp is one
+    rgb *powers; // of the scene's emitters when all are on
+    struct baked_group baked[LUMINAIRE_MAX_GROUPS];
+    struct light_recipe recipe; // of the first group, for the others
+    struct bake_report work; // of the groups so far
+    struct bake_plan group_plan; // before bake_pace
+    int transparency_log2_entries;
+    // From here to `view`: of the group that is being baked.
+    size_t group;
+    double group_start_s, budget_s; // its share of options->seconds
+    double deadline_s; // only where options->seconds > 0, else infinity
     double survey_s; // what the survey took: a measure of how fast the lamp is traced here
     size_t field_lines, most_field_lines; // of the finished field, for its flux and the sampling density
     double particle_s, line_s; // wall time of one particle, and of one query of the light field (0: not known yet)
@@ -37,10 +56,10 @@ struct bake_job {
     struct checkpoint checkpoint;
     char folder[4096]; // of the checkpoint
     struct light_training light;
-    struct transparency *transparency;
-    struct paper *paper; // preset paper: in place of the two above; else NULL
-    struct view_result view;
+    struct view_result view; // the hull is the lamp's
     struct hull_map hull_map; // of view.hull
+    struct transparency *transparency;
+    struct paper *paper; // preset paper: in place of light field and transparency; else NULL
     uint64_t identity; // of the lamp
 };
 
@@ -52,6 +71,20 @@ enum status bake_lamp_plan(const struct bake_options *options, const struct bake
 
 // Fits the plan to what the lamp's particles cost.
 enum status bake_pace(struct bake_job *job, struct error *error);
+
+// --- Groups (bake_groups.c) ---
+size_t bake_group_count(const struct bake_job *job); // at least 1
+// Also gives each group its share of the plan.
+enum status bake_groups_find(struct bake_job *job, struct error *error);
+void bake_light_group(struct bake_job *job, int group); // the others are dark; -1: all are on
+enum status bake_group_begin(struct bake_job *job, size_t group, struct error *error);
+void bake_plan_time(struct bake_job *job); // of the group, from its start and that of the bake
+// Scales the group's light field to its flux, builds its sampling density and sets the finished group aside.
+enum status bake_group_end(struct bake_job *job, struct error *error);
+void bake_group_fini(struct bake_job *job);
+void bake_groups_fini(struct bake_job *job);
+void bake_remove_checkpoints(struct bake_job *job);
+
 // A point light is never hit by a camera line.
 bool bake_camera_sees_all(const struct scene *scene);
 // Chooses data source and encoding by short trainings of candidates, scored on held-out light.
@@ -66,5 +99,5 @@ bool bake_has_view(const struct bake_job *job); // the file gets a hull, where t
 enum status bake_view_stage(struct bake_job *job, struct error *error);
 // The wall time that the stages after the light field's training take of a bake with --seconds.
 double bake_reserve_s(const struct bake_job *job);
-// Scale, sampling density, assembly, evaluation, file. Consumes the networks.
+// Assembly, file, evaluation. Consumes the networks.
 enum status bake_finish(struct bake_job *job, struct bake_report *report, struct error *error);

@@ -27,7 +27,7 @@ enum status bake_pace(struct bake_job *job, struct error *error) {
     exit_list_fini(&exits);
     job->particle_s = (clock_wall_s() - start) / PILOT;
     struct evaluation_effort *effort = &plan->evaluation;
-    const double seconds = job->options->seconds;
+    const double seconds = job->budget_s;
     if (seconds > 0) {
         const double survey = survey_time_share * seconds / job->particle_s;
         const double particles = evaluation_time_share * seconds / job->particle_s;

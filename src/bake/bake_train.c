@@ -15,8 +15,9 @@ enum { SAMPLING_LINES = 8192 }; // queries of a shading point
 
 static enum status save_checkpoint(struct bake_job *job, struct error *error) {
     job->checkpoint.traced = job->light.traced;
-    job->checkpoint.seconds = clock_wall_s() - job->start_s;
-    return checkpoint_save(&job->checkpoint, job->folder, job->light.field, job->transparency, error);
+    job->checkpoint.seconds = clock_wall_s() - job->group_start_s;
+    return checkpoint_save(&job->checkpoint, job->folder, job->light.field, job->group ? NULL : job->transparency,
+                           error);
 }
 
 // After every chunk: cancelled, or time for a checkpoint.
@@ -70,16 +71,14 @@ double bake_reserve_s(const struct bake_job *job) {
     const struct evaluation_effort *effort = &job->plan.evaluation;
     double lines = (double)(2 * effort->lines + effort->light_points * SAMPLING_LINES + 2 * job->field_lines);
     double known = job->particle_s * (double)effort->particles + job->line_s * lines;
-    return fmin(job->line_s > 0 ? finish_margin * known : finish_surveys * job->survey_s, 0.4 * job->options->seconds);
+    return fmin(job->line_s > 0 ? finish_margin * known : finish_surveys * job->survey_s, 0.4 * job->budget_s);
 }
 
 bool bake_has_view(const struct bake_job *job) {
     return job->options->view == BAKE_VIEW_HULL && job->plan.view.chunks > 0;
 }
 
-static double view_time(const struct bake_job *job) {
-    return bake_has_view(job) ? view_time_share * job->options->seconds : 0;
-}
+static double view_time(const struct bake_job *job) { return bake_has_view(job) ? view_time_share * job->budget_s : 0; }
 
 static enum status train_light(struct bake_job *job, double *last_checkpoint_s, struct error *error) {
     const bool timed = job->options->seconds > 0;
@@ -120,8 +119,13 @@ static enum status train_light(struct bake_job *job, double *last_checkpoint_s, 
 
 enum status bake_train(struct bake_job *job, struct error *error) {
     double last_checkpoint_s = clock_wall_s();
-    enum status status = train_transparency(job, &last_checkpoint_s, error);
-    return status == STATUS_OK ? train_light(job, &last_checkpoint_s, error) : status;
+    enum status status = STATUS_OK;
+    if (job->group == 0 && job->checkpoint.light_chunks == 0) // the light field's training comes after it
+        status = train_transparency(job, &last_checkpoint_s, error);
+    if (status == STATUS_OK) status = train_light(job, &last_checkpoint_s, error);
+    if (status != STATUS_OK || bake_group_count(job) == 1) return status;
+    job->checkpoint.recipe.chunks = job->checkpoint.light_chunks; // done: a resumed bake goes on with the next group
+    return save_checkpoint(job, error);
 }
 
 // Not in the checkpoint: a resumed bake does this stage anew, with the same result.

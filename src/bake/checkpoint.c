@@ -73,7 +73,7 @@ enum status checkpoint_load_networks(const struct checkpoint *checkpoint, const 
     network_path(path, folder, 0, checkpoint->slot);
     enum status status = light_field_load_state(field, path, error);
     network_path(path, folder, 1, checkpoint->slot);
-    return status == STATUS_OK ? transparency_load_state(transparency, path, error) : status;
+    return status == STATUS_OK && transparency ? transparency_load_state(transparency, path, error) : status;
 }
 
 enum status checkpoint_save(struct checkpoint *checkpoint, const char *folder, const struct light_field *field,
@@ -85,7 +85,7 @@ enum status checkpoint_save(struct checkpoint *checkpoint, const char *folder, c
     network_path(path, folder, 0, slot);
     enum status status = light_field_save_state(field, path, error);
     network_path(path, folder, 1, slot);
-    if (status == STATUS_OK) status = transparency_save_state(transparency, path, error);
+    if (status == STATUS_OK && transparency) status = transparency_save_state(transparency, path, error);
     if (status != STATUS_OK) return status;
     checkpoint->slot = slot;
     json_t *root =

@@ -14,6 +14,7 @@ struct checkpoint {
     double seconds; // wall time used so far
 };
 
+// `transparency` may be NULL: another checkpoint has it.
 // STATUS_OK with *found = false where there is none. STATUS_INVALID: of another bake, or damaged.
 enum status checkpoint_load(struct checkpoint *checkpoint, bool *found, const char *folder, const char *identity,
                             struct error *error);

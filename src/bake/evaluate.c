@@ -210,10 +210,13 @@ enum status evaluate_luminaire(const struct luminaire *luminaire, const struct s
     run_progress(run, "evaluating", 0.7, clock_wall_s() - start, NULL);
     if (status == STATUS_OK && effort->wall_samples > 0)
         status = wall_compare(&wall, luminaire, &lamp, effort->wall_samples, evaluation, error);
-    if (status == STATUS_OK)
+    evaluation->transparency_measured = effort->transparency_lines > 0;
+    evaluation->sampling_measured = effort->light_points > 0;
+    if (status == STATUS_OK && evaluation->transparency_measured)
         status = evaluate_transparency(luminaire, &lamp, effort->transparency_lines, evaluation, error);
     run_progress(run, "evaluating", 0.8, clock_wall_s() - start, NULL);
-    if (status == STATUS_OK) status = evaluate_sampling(luminaire, &lamp, effort->light_points, evaluation, error);
+    if (status == STATUS_OK && evaluation->sampling_measured)
+        status = evaluate_sampling(luminaire, &lamp, effort->light_points, evaluation, error);
     if (status == STATUS_OK && effort->view_samples > 0)
         status = evaluate_views(luminaire, &lamp, effort->view_samples, evaluation, error);
     run_progress(run, "evaluating", 1, clock_wall_s() - start, NULL);
@@ -239,11 +242,15 @@ char *evaluation_json(const struct evaluation *e) {
     json_object_set_new(root, "irradiance_error", json_floats(e->irradiance_error, EVALUATION_DISTANCES));
     json_object_set_new(root, "irradiance_noise", json_floats(e->irradiance_noise, EVALUATION_DISTANCES));
     json_object_set_new(root, "light_field_error", json_real((double)e->light_field_error));
-    json_object_set_new(root, "transparency_error", json_real((double)e->transparency_error));
-    json_object_set_new(root, "transparency_error_opaque", json_real((double)e->transparency_error_opaque));
-    json_object_set_new(root, "transparency_noise", json_real((double)e->transparency_noise));
-    json_object_set_new(root, "sample_variance", json_real((double)e->sample_variance));
-    json_object_set_new(root, "sample_variance_uniform", json_real((double)e->sample_variance_uniform));
+    if (e->transparency_measured) {
+        json_object_set_new(root, "transparency_error", json_real((double)e->transparency_error));
+        json_object_set_new(root, "transparency_error_opaque", json_real((double)e->transparency_error_opaque));
+        json_object_set_new(root, "transparency_noise", json_real((double)e->transparency_noise));
+    }
+    if (e->sampling_measured) {
+        json_object_set_new(root, "sample_variance", json_real((double)e->sample_variance));
+        json_object_set_new(root, "sample_variance_uniform", json_real((double)e->sample_variance_uniform));
+    }
     if (e->wall_measured)
         json_object_set_new(root, "wall",
                             json_pack("{s:f, s:f, s:f, s:f}", "relmse", (double)e->wall_relmse, "relmse_noise",

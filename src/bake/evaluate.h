@@ -17,6 +17,7 @@ struct evaluation {
     // Squared error of radiance averaged over small bundles of lines, less the noise of both sides, over the mean
     // square.
     float light_field_error;
+    bool transparency_measured, sampling_measured;
     float transparency_error, transparency_error_opaque; // mean absolute, of the luminaire and of T = 0
     float transparency_noise; // what a perfect luminaire would score
     float sample_variance,
@@ -36,7 +37,8 @@ struct evaluation {
 };
 
 struct evaluation_effort {
-    size_t particles, lines, light_points, transparency_lines;
+    size_t particles, lines;
+    size_t light_points, transparency_lines; // 0: not measured
     int wall_samples; // a pixel of the wall, of the luminaire; 0: the wall is not measured
     int view_samples; // a pixel of the pictures at most, fewer where they suffice or time is short; 0: they are not
                       // measured

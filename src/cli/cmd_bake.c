@@ -9,7 +9,7 @@ struct bake_input {
     struct sconce_bake_options options;
 };
 
-enum { KEY_PROXY = 2000, KEY_RESUME, KEY_SIZE, KEY_PRESET, KEY_VIEW };
+enum { KEY_PROXY = 2000, KEY_RESUME, KEY_SIZE, KEY_PRESET, KEY_VIEW, KEY_GROUPS };
 
 static const struct argp_option OPTIONS[] = {
     {"output", 'o', "FILE", 0, "the luminaire; default LAMP.safetensors", 1},
@@ -22,6 +22,10 @@ static const struct argp_option OPTIONS[] = {
     {"proxy", KEY_PROXY, "SHAPE", 0, "sphere, box, cylinder or a closed mesh's file (default: the tightest)", 1},
     {"view", KEY_VIEW, "NAME", 0,
      "hull (the default): the file also shows the lamp's surface, for appearance=surface; none: it does not", 1},
+    {"groups", KEY_GROUPS, "NAME", 0,
+     "none (the default); named or each: emitters are baked by groups, to be dimmed and tinted in the scene: by the "
+     "name before the first '.' of their ids, or each alone",
+     1},
     {"resume", KEY_RESUME, 0, 0, "go on from where an interrupted bake stopped", 1},
     {0}};
 
@@ -53,6 +57,9 @@ static error_t parse(int key, char *argument, struct argp_state *state) {
     case KEY_VIEW:
         o->view = option_choice(state, argument, "--view", (const char *[]){"hull", "none", NULL});
         return 0;
+    case KEY_GROUPS:
+        o->groups = option_choice(state, argument, "--groups", (const char *[]){"none", "named", "each", NULL});
+        return 0;
     case KEY_RESUME:
         o->resume = true;
         return 0;
@@ -64,8 +71,8 @@ static error_t parse(int key, char *argument, struct argp_state *state) {
         return 0;
     case ARGP_KEY_END:
         if (o->quality && o->seconds > 0) argp_error(state, "--quality and --seconds exclude each other");
-        if (o->preset && !strcmp(o->preset, "paper") && (o->resume || o->size || o->view))
-            argp_error(state, "--preset paper has one form and no checkpoints: no --size, no --view, no --resume");
+        if (o->preset && !strcmp(o->preset, "paper") && (o->resume || o->size || o->view || o->groups))
+            argp_error(state, "--preset paper has one form and no checkpoints: no --size, --view, --groups, --resume");
         return 0;
     default:
         return ARGP_ERR_UNKNOWN;

@@ -1,4 +1,5 @@
-// How a renderer uses a baked lamp: the irradiance at a point that faces it, by light samples.
+// How a renderer uses a baked lamp: the irradiance at a point that faces it, by light samples; GROUPS, as in
+// "all=0.5" or "bulb=2700K", dims and tints it.
 // cc irradiance.c $(pkg-config --cflags --libs sconce) -lm
 #include <math.h>
 #include <sconce/sconce.h>
@@ -8,10 +9,12 @@
 enum { BATCH = 256, BATCHES = 64 };
 
 int main(int argc, char **argv) {
-    if (argc != 5) return fprintf(stderr, "usage: %s LAMP.safetensors X Y Z\n", argv[0]), 2;
-    struct sconce_luminaire *lamp;
+    if (argc != 5 && argc != 6) return fprintf(stderr, "usage: %s LAMP.safetensors X Y Z [GROUPS]\n", argv[0]), 2;
+    struct sconce_luminaire *baked, *lamp;
     struct sconce_error error;
-    if (sconce_luminaire_open(&lamp, argv[1], &error)) return fprintf(stderr, "%s\n", error.text), 1;
+    if (sconce_luminaire_open(&baked, argv[1], &error)) return fprintf(stderr, "%s\n", error.text), 1;
+    if (sconce_luminaire_dim(&lamp, baked, argc == 6 ? argv[5] : "", &error))
+        return fprintf(stderr, "%s\n", error.text), 1;
 
     const float point[3] = {strtof(argv[2], NULL), strtof(argv[3], NULL), strtof(argv[4], NULL)};
     float center[3], radius, normal[3], length = 0;
@@ -41,5 +44,6 @@ int main(int argc, char **argv) {
     }
     printf("%g %g %g\n", irradiance[0], irradiance[1], irradiance[2]);
     sconce_luminaire_close(lamp);
+    sconce_luminaire_close(baked);
     return 0;
 }

@@ -199,6 +199,13 @@ class Bake(unittest.TestCase):
                                           cwd=self.path).stdout.split()[1])
         far_field = flux / (4 * 3.14159265 * distance ** 2)
         self.assertLess(abs(total / len(directions) / far_field - 1), 0.05)
+        whole, dimmed = (subprocess.run([program, "lamp.safetensors", "20", "3", "1", *groups], check=True, capture_output=True, text=True,
+                                        env=environment, cwd=self.path).stdout.split() for groups in ((), ("all=0.5:2:0",)))
+        for factor, before, after in zip((0.5, 2, 0), whole, dimmed):
+            self.assertLess(abs(float(after) - factor * float(before)), 1e-4 * float(before))
+        wrong = subprocess.run([program, "lamp.safetensors", "20", "3", "1", "bulb=1"], capture_output=True, text=True, env=environment, cwd=self.path)
+        self.assertEqual(wrong.returncode, 1)
+        self.assertIn("without groups", wrong.stderr)
 
     def test_bad_lamps(self):
         (self.path / "open.obj").write_text(OPEN_QUAD)
