@@ -142,7 +142,7 @@ struct sconce_figures { // what was measured on held-out lines, beside the black
     // is taken out of relMSE and dB; FLIP is extrapolated to none (too large where errors are few), *_noise is what the
     // noise alone would score.
     bool wall_measured, view_measured;
-    int view_samples; // lines a pixel of the direct views: up to 256, as many as need be within some 10 minutes
+    int view_samples; // lines a pixel of the direct views
     float wall_relmse, wall_relmse_noise, wall_flip, wall_flip_noise;
     float view_gain_db, view_flip, view_flip_black, view_flip_noise;
     bool surface_measured; // the same pictures as the hull shows the lamp, where the file has one
@@ -153,9 +153,18 @@ struct sconce_figures { // what was measured on held-out lines, beside the black
 
 SCONCE_API enum sconce_status sconce_bake(const struct sconce_bake_options *options, const struct sconce_run *run,
                                           struct sconce_figures *figures, struct sconce_error *error);
+struct sconce_evaluate_options {
+    const char *luminaire; // .safetensors
+    const char *lamp; // Mitsuba XML of the lamp
+    const struct sconce_definition *definitions;
+    size_t definition_count;
+    bool skip_missing; // a missing mesh is a warning
+    const char *quality; // "draft", "standard" (NULL) or "high": how little noise the measurement has
+};
 // The same figures for a file against the lamp's geometry.
-SCONCE_API enum sconce_status sconce_evaluate(const char *luminaire, const char *lamp, const struct sconce_run *run,
-                                              struct sconce_figures *figures, struct sconce_error *error);
+SCONCE_API enum sconce_status sconce_evaluate(const struct sconce_evaluate_options *options,
+                                              const struct sconce_run *run, struct sconce_figures *figures,
+                                              struct sconce_error *error);
 
 struct sconce_render_options {
     const char *scene;

@@ -45,17 +45,21 @@ static enum status choice_parse(int *choice, const char *const names[3], const c
                      names[2]);
 }
 
+static enum status quality_parse(int *quality, const char *name, struct error *error) {
+    static const char *const qualities[] = {[BAKE_DRAFT] = "draft", [BAKE_STANDARD] = "standard", [BAKE_HIGH] = "high"};
+    _Static_assert(BAKE_DRAFT == (int)EVALUATION_DRAFT && BAKE_HIGH == (int)EVALUATION_HIGH, "one list of names");
+    return choice_parse(quality, qualities, "quality", name ? name : "standard", error);
+}
+
 static enum status choices_parse(struct bake_options *bake, const struct sconce_bake_options *options,
                                  struct error *error) {
-    static const char *const qualities[] = {[BAKE_DRAFT] = "draft", [BAKE_STANDARD] = "standard", [BAKE_HIGH] = "high"};
     static const char *const sizes[] = {
         [BAKE_SIZE_SMALL] = "small", [BAKE_SIZE_DEFAULT] = "default", [BAKE_SIZE_LARGE] = "large"};
     const char *view = options->view ? options->view : "hull";
     static const char *const groupings[] = {
         [BAKE_GROUPS_NONE] = "none", [BAKE_GROUPS_NAMED] = "named", [BAKE_GROUPS_EACH] = "each"};
     int quality, size, groups;
-    enum status status =
-        choice_parse(&quality, qualities, "quality", options->quality ? options->quality : "standard", error);
+    enum status status = quality_parse(&quality, options->quality, error);
     if (!status) status = choice_parse(&size, sizes, "size", options->size ? options->size : "default", error);
     if (!status)
         status = choice_parse(&groups, groupings, "grouping", options->groups ? options->groups : "none", error);
@@ -116,19 +120,26 @@ enum sconce_status sconce_bake(const struct sconce_bake_options *options, const 
     return api_status(status, &inner, error);
 }
 
-enum sconce_status sconce_evaluate(const char *luminaire, const char *lamp, const struct sconce_run *run,
+enum sconce_status sconce_evaluate(const struct sconce_evaluate_options *options, const struct sconce_run *run,
                                    struct sconce_figures *figures, struct sconce_error *error) {
     struct api_run api;
     struct error inner = {0};
     struct evaluation evaluation = {0};
     api_run_init(&api, run);
     double start = clock_wall_s();
-    enum status status = bake_evaluate(luminaire, lamp, &api.run, &evaluation, &inner);
+    const struct scene_options lamp = {.definitions = (const struct definition *)options->definitions,
+                                       .definition_count = options->definition_count,
+                                       .skip_missing = options->skip_missing};
+    int quality;
+    enum status status = quality_parse(&quality, options->quality, &inner);
+    if (!status)
+        status = bake_evaluate(options->luminaire, options->lamp, &lamp, (enum evaluation_quality)quality, &api.run,
+                               &evaluation, &inner);
     if (!status && figures) {
         figures_fill(figures, &evaluation);
         figures->seconds = clock_wall_s() - start;
         struct luminaire *file;
-        if (!luminaire_load(&file, luminaire, NULL)) {
+        if (!luminaire_load(&file, options->luminaire, NULL)) {
             figures->bytes = luminaire_bytes(file);
             luminaire_destroy(file);
         }

@@ -214,16 +214,19 @@ enum status bake_lamp_plan(const struct bake_options *options, const struct bake
     return status;
 }
 
-enum status bake_evaluate(const char *luminaire_path, const char *lamp_path, const struct run *run,
-                          struct evaluation *evaluation, struct error *error) {
+enum status bake_evaluate(const char *luminaire_path, const char *lamp_path, const struct scene_options *lamp_options,
+                          enum evaluation_quality quality, const struct run *run, struct evaluation *evaluation,
+                          struct error *error) {
     struct luminaire *luminaire;
     enum status status = luminaire_load(&luminaire, luminaire_path, error);
     if (status != STATUS_OK) return status;
     const char *preset = luminaire_metadata(luminaire, "bake.preset");
     const struct evaluation_effort *effort =
-        preset && !strcmp(preset, "paper") ? &evaluation_effort_paper : &evaluation_effort_full;
+        preset && !strcmp(preset, "paper") ? &evaluation_effort_paper : &evaluation_efforts[quality];
     struct scene scene;
-    struct scene_options options = {.lamp_only = true, .threads = run->threads};
+    struct scene_options options = *lamp_options;
+    options.lamp_only = true;
+    options.threads = run->threads;
     status = scene_load(&scene, lamp_path, &options, run, error);
     if (status == STATUS_OK) {
         status = lamp_check(&scene, run, error);

@@ -50,5 +50,6 @@ enum status bake_lamp(const struct bake_options *options, const struct run *run,
                       struct error *error);
 
 // Measures a luminaire file against the lamp it was (or might have been) baked from.
-enum status bake_evaluate(const char *luminaire_path, const char *lamp_path, const struct run *run,
-                          struct evaluation *evaluation, struct error *error);
+enum status bake_evaluate(const char *luminaire_path, const char *lamp_path, const struct scene_options *lamp_options,
+                          enum evaluation_quality quality, const struct run *run, struct evaluation *evaluation,
+                          struct error *error);

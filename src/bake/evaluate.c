@@ -11,7 +11,11 @@
 #include "bake/survey.h"
 #include "base/parallel.h"
 
-const struct evaluation_effort evaluation_effort_full = {16000000, 64000000, 128, 4096, 128, 256};
+const struct evaluation_effort evaluation_efforts[] = {
+    [EVALUATION_DRAFT] = {4000000, 8000000, 128, 4096, 32, 4},
+    [EVALUATION_STANDARD] = {16000000, 64000000, 128, 4096, 128, 64},
+    [EVALUATION_HIGH] = {16000000, 64000000, 128, 4096, 128, 256},
+};
 const struct evaluation_effort evaluation_effort_paper = {16000000, 1000000, 32, 4096, 8, 4};
 
 enum { EVAL_BATCH = 1 << 16, BATCHES = 8 }; // noise is measured by how the batches differ

@@ -40,10 +40,10 @@ struct evaluation_effort {
     size_t particles, lines;
     size_t light_points, transparency_lines; // 0: not measured
     int wall_samples; // a pixel of the wall, of the luminaire; 0: the wall is not measured
-    int view_samples; // a pixel of the pictures at most, fewer where they suffice or time is short; 0: they are not
-                      // measured
+    int view_samples; // a pixel of the pictures; 0: they are not measured
 };
-extern const struct evaluation_effort evaluation_effort_full; // noise of irradiance below 0.5 %
+enum evaluation_quality { EVALUATION_DRAFT, EVALUATION_STANDARD, EVALUATION_HIGH };
+extern const struct evaluation_effort evaluation_efforts[]; // from standard on noise of irradiance below 0.5 %
 extern const struct evaluation_effort evaluation_effort_paper; // for the published networks, whose queries cost more
 
 enum status evaluate_luminaire(const struct luminaire *luminaire, const struct scene *scene,

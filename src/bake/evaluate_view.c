@@ -6,7 +6,6 @@
 #include "bake/lamp_picture.h"
 
 enum { PIXELS = EVALUATION_PIXELS, VIEWS = 8, QUARTERS = 4 };
-static const size_t least_samples = 4; // of each quarter of a pixel
 
 struct picture { // independent pictures: two halves of two quarters each
     struct image quarter[QUARTERS];
@@ -129,26 +128,6 @@ static enum status look(struct view_job *job, int view, struct view_sums *sums, 
     return status;
 }
 
-// What is left of the logarithm's bias shows in how the first view's figures move when there are 4 times as many
-// samples: the least number from which on they stay, or that the time allows. Adds that view to the sums.
-static enum status choose_samples(struct view_job *job, size_t most, struct view_sums *sums, struct error *error) {
-    static const double still_db = 0.1, longest_s = 600; // of all views
-    double previous = 0, previous_surface = 0;
-    for (job->samples = least_samples < most ? least_samples : most;; job->samples *= 4) {
-        *sums = (struct view_sums){0};
-        const double start = clock_wall_s();
-        enum status status = look(job, 0, sums, error);
-        if (status != STATUS_OK) return status;
-        double gain = gain_db(sums->squared, sums->black), surface = gain_db(sums->surface_squared, sums->black);
-        bool still = job->samples > least_samples && fabs(gain - previous) < still_db &&
-                     fabs(surface - previous_surface) < still_db;
-        const double next_s = 4 * VIEWS * (clock_wall_s() - start);
-        if (still || 4 * job->samples > most || next_s > longest_s) return STATUS_OK;
-        previous = gain;
-        previous_surface = surface;
-    }
-}
-
 enum status evaluate_views(const struct luminaire *luminaire, const struct lamp *lamp, int samples,
                            struct evaluation *evaluation, struct error *error) {
     const bool has_hull = luminaire_hull(luminaire) != NULL;
@@ -156,9 +135,11 @@ enum status evaluate_views(const struct luminaire *luminaire, const struct lamp 
     struct scene hull = {0};
     enum status status = has_hull ? scene_init_hull(&hull, luminaire, lamp->threads, error) : STATUS_OK;
     if (status != STATUS_OK) return status;
-    struct view_job job = {.luminaire = luminaire, .lamp = lamp, .hull = has_hull ? &hull : NULL};
-    status = choose_samples(&job, samples < 4 ? 1 : (size_t)samples / 4, &sums, error);
-    for (int view = 1; view < VIEWS && status == STATUS_OK; view++) status = look(&job, view, &sums, error);
+    struct view_job job = {.luminaire = luminaire,
+                           .lamp = lamp,
+                           .hull = has_hull ? &hull : NULL,
+                           .samples = samples < QUARTERS ? 1 : (size_t)samples / QUARTERS};
+    for (int view = 0; view < VIEWS && status == STATUS_OK; view++) status = look(&job, view, &sums, error);
     evaluation->view_samples = QUARTERS * (int)job.samples;
     evaluation->view_gain_db = (float)gain_db(sums.squared, sums.black);
     evaluation->view_flip = (float)sums.flip;

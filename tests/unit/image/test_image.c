@@ -242,8 +242,8 @@ static void test_sizes(void **state) {
 // Data that hardly shrink, which an encoder may store or deflate.
 static void test_exr_keeps_data_that_hardly_compress(void **state) {
     (void)state;
-    char path[] = "/tmp/sconce_exr_XXXXXX.exr";
-    int file = mkstemps(path, 4);
+    char stored[] = "/tmp/sconce_exr_XXXXXX.exr";
+    int file = mkstemps(stored, 4);
     assert_true(file >= 0);
     close(file);
     srand(1);
@@ -255,13 +255,13 @@ static void test_exr_keeps_data_that_hardly_compress(void **state) {
             if (rand() % 1000 < 40 + trial % 30) bits = 0x3f000000u;
             memcpy(&image.pixels[i], &bits, 4);
         }
-        assert_int_equal(image_save(&image, path, 1, NULL), STATUS_OK);
-        assert_int_equal(image_load(&back, path, false, NULL), STATUS_OK);
+        assert_int_equal(image_save(&image, stored, 1, NULL), STATUS_OK);
+        assert_int_equal(image_load(&back, stored, false, NULL), STATUS_OK);
         assert_memory_equal(image.pixels, back.pixels, 32 * 32 * 3 * sizeof(float));
         image_fini(&image);
         image_fini(&back);
     }
-    unlink(path);
+    unlink(stored);
 }
 
 int main(void) {
