@@ -29,9 +29,9 @@ static enum status rebuild(struct luminaire *luminaire, const char *path, size_t
     float anchors[SURVEY_CLUSTERS][3];
     for (size_t i = 0; i < survey.cluster_count; i++) set(anchors[i], survey.clusters[i].center);
     if (!status) {
-        sampling_density_destroy(luminaire->density);
+        sampling_density_destroy(luminaire->emissions[0].density);
         double start = clock_cpu_s();
-        status = sampling_density_build(&luminaire->density, &lamp.proxy, (const float(*)[3])anchors,
+        status = sampling_density_build(&luminaire->emissions[0].density, &lamp.proxy, (const float(*)[3])anchors,
                                         survey.cluster_count, survey.exits.exits, survey.exits.count, 1, 1, error);
         printf("built from %zu exits in %.2f s\n", survey.exits.count, clock_cpu_s() - start);
     }

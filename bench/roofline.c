@@ -136,8 +136,8 @@ static struct rates measure_best(struct work work, struct answers *answers) {
 // --- What queries need ---
 
 static void count_light(const struct luminaire *luminaire, struct query *query) {
-    if (!luminaire->light) return;
-    const struct field_net *net = &luminaire->light->net;
+    if (!luminaire->emissions[0].light) return;
+    const struct field_net *net = &luminaire->emissions[0].light->net;
     const struct grid_layout *layout = &net->encoding.layout;
     const int inputs = net->shape.inputs, width = net->shape.width, outputs = net->shape.outputs;
     query->fetches = layout->corner_count - layout->lookup_count; // two corners each
@@ -147,11 +147,12 @@ static void count_light(const struct luminaire *luminaire, struct query *query) 
 
 // Counted by hand in luminaire/sampling_kernel_body.h.
 static void count_density(const struct luminaire *luminaire, bool samples, struct query *query) {
-    if (!luminaire->density) return;
-    const double anchors = luminaire->density->anchor_count;
+    if (!luminaire->emissions[0].density) return;
+    const double anchors = luminaire->emissions[0].density->anchor_count;
     query->flops = 110 + (samples ? 130 : 0) + anchors * (25 + 50);
     query->fetches = 7 + (samples ? 4 : 0) + anchors;
-    query->table_bytes = (double)sampling_cell_count(luminaire->density) * (MAP_SIDE + 1) * (MAP_SIDE + 1) * 2;
+    query->table_bytes =
+        (double)sampling_cell_count(luminaire->emissions[0].density) * (MAP_SIDE + 1) * (MAP_SIDE + 1) * 2;
 }
 
 // --- Reports ---
