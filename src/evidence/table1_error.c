@@ -6,6 +6,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 static double square(double x) { return x * x; }
 
@@ -44,22 +45,45 @@ static int descending(const void *a, const void *b) {
     return (x < y) - (x > y);
 }
 
-double error_share_of_worst(const struct image *picture, const struct image *reference, const struct image *mask) {
+// The pixels' squared relative errors; -1 outside the mask. NULL without memory.
+static double *pixel_errors(const struct image *picture, const struct image *reference, const struct image *mask,
+                            size_t *count) {
     const size_t pixels = (size_t)reference->width * (size_t)reference->height;
-    double *errors = calloc(pixels, sizeof *errors), sum = 0, worst = 0;
-    if (!errors) return (double)NAN;
-    size_t count = 0;
-    for (size_t i = 0; i < pixels; i++) {
+    double *errors = calloc(pixels, sizeof *errors);
+    *count = 0;
+    for (size_t i = 0; errors && i < pixels; i++) {
+        errors[i] = -1;
         if (mask && !(mask->pixels[i * (size_t)mask->channels] > 0.5f)) continue;
+        errors[i] = 0;
+        ++*count;
         for (size_t c = 0; c < 3; c++) {
             const double r = reference->pixels[i * (size_t)reference->channels + c];
-            errors[count] += square(picture->pixels[i * (size_t)picture->channels + c] - r) / (r * r + 1e-3);
+            errors[i] += square(picture->pixels[i * (size_t)picture->channels + c] - r) / (r * r + 1e-3);
         }
-        sum += errors[count++];
     }
-    qsort(errors, count, sizeof *errors, descending);
-    for (size_t i = 0; i < (count + 999) / 1000; i++) worst += errors[i];
+    return errors;
+}
+
+double error_share_of_worst(const struct image *picture, const struct image *reference, struct image *mask, bool drop) {
+    const size_t pixels = (size_t)reference->width * (size_t)reference->height;
+    size_t count;
+    double *errors = pixel_errors(picture, reference, mask, &count), *sorted = malloc(pixels * sizeof *sorted);
+    double sum = 0, worst = 0;
+    if (errors && sorted && count) {
+        memcpy(sorted, errors, pixels * sizeof *sorted);
+        qsort(sorted, pixels, sizeof *sorted, descending);
+        const size_t few = (count + 999) / 1000;
+        size_t left = few; // among equals the first
+        for (size_t i = 0; i < count; i++) sum += sorted[i];
+        for (size_t i = 0; i < few; i++) worst += sorted[i];
+        for (size_t i = 0; drop && i < pixels && left; i++) {
+            if (errors[i] < sorted[few - 1]) continue;
+            mask->pixels[i * (size_t)mask->channels] = 0;
+            left--;
+        }
+    }
     free(errors);
+    free(sorted);
     return sum > 0 ? worst / sum : (double)NAN;
 }
 

@@ -16,8 +16,9 @@ struct error_parts error_split(const struct image *const pictures[2], const stru
                                const struct image *mask);
 
 // The share of the picture's squared relative error that lies in the worst thousandth of the pixels (at least one):
-// fireflies, of the picture or of the reference. NAN without memory or without error.
-double error_share_of_worst(const struct image *picture, const struct image *reference, const struct image *mask);
+// fireflies, of the picture or of the reference. NAN without memory or without error. drop: these pixels are taken out
+// of the mask, which may be NULL only without.
+double error_share_of_worst(const struct image *picture, const struct image *reference, struct image *mask, bool drop);
 
 // How many samples a pixel bring the error down to `target`, where it is bias + noise_of_one / samples; INFINITY where
 // the bias alone is as much.

@@ -15,6 +15,7 @@ const struct table1_column table1_columns[] = {
     {FIELD(bdpt_spp), 1, "bdpt samples", "%.0f", 1},
     {FIELD(bdpt_cpu_s), 1, "bdpt CPU seconds", "%.4g", 1},
     {FIELD(bdpt_relmse), 1, "bdpt relMSE", "%.3g", 1},
+    {FIELD(bdpt_relmse_fireflies), 1, "with its fireflies", "%.3g", 1},
     {FIELD(bdpt_relmse_whole), 1, "bdpt relMSE, whole", "%.3g", 1},
     {FIELD(bdpt_flip), 1, "bdpt FLIP", "%.3f", 1},
     {FIELD(ours_spp), 1, "ours samples", "%.0f", 1},

@@ -36,6 +36,7 @@ struct table1_row {
     double unbiased_speedup; // the speed-up at equal error if there were no bias
     double noise_ratio; // of bdpt's noise to ours at equal samples
     double sample_cost_ratio; // of the CPU seconds of a sample
+    double bdpt_relmse_fireflies; // with the worst thousandth of its pixels, which count nowhere else
     double bdpt_worst_share,
         ours_worst_share; // of the error that is in a thousandth of the pixels (ours: as the paper)
     double mean_error[3]; // of the picture's mean outside the lamp, relative and signed

@@ -21,7 +21,7 @@ LAMP = """<scene version="3.0.0">
     <bsdf type="roughdielectric"><float name="alpha" value="0.3"/></bsdf></shape>
 </scene>
 """
-NUMBERS = ("speedup target paper_speedup bdpt_spp bdpt_cpu_s bdpt_relmse bdpt_relmse_whole bdpt_flip ours_spp ours_cpu_s ours_relmse "
+NUMBERS = ("speedup target paper_speedup bdpt_spp bdpt_cpu_s bdpt_relmse bdpt_relmse_fireflies bdpt_relmse_whole bdpt_flip ours_spp ours_cpu_s ours_relmse "
            "ours_relmse_whole ours_flip common_bdpt_spp common_bdpt_cpu_s common_speedup fixed_spp fixed_cpu_s fixed_relmse fixed_flip "
            "fixed_speedup bias_spp bias_cpu_s bias bias_error bias_share bdpt_worst_share ours_worst_share unbiased_speedup noise_ratio sample_cost_ratio reference_spp reference_cpu_s "
            "reference_noise geometry_bytes apl_bytes file_bytes width height").split()

@@ -98,11 +98,20 @@ static void test_masked_pixels_do_not_count(void **state) {
 static void test_share_of_the_worst_pixels(void **state) {
     (void)state;
     struct image reference = picture(0, 0, 1), plain = picture(0.1, 0, 2);
-    const double even = error_share_of_worst(&plain, &reference, NULL);
+    const double even = error_share_of_worst(&plain, &reference, NULL, false);
     assert_true(even > 0.001 && even < 0.002); // 5 of 4096 pixels, all alike
     plain.pixels[3000] += 100;
-    assert_true(error_share_of_worst(&plain, &reference, NULL) > 0.99);
-    assert_true(isnan(error_share_of_worst(&reference, &reference, NULL)));
+    assert_true(error_share_of_worst(&plain, &reference, NULL, false) > 0.99);
+    assert_true(isnan(error_share_of_worst(&reference, &reference, NULL, false)));
+    struct image mask;
+    assert_int_equal(image_init(&mask, SIZE, SIZE, 1, NULL), STATUS_OK);
+    for (size_t i = 0; i < SIZE * SIZE; i++) mask.pixels[i] = 1;
+    assert_true(error_share_of_worst(&plain, &reference, &mask, true) > 0.99);
+    size_t count = 0;
+    for (size_t i = 0; i < SIZE * SIZE; i++) count += mask.pixels[i] > 0;
+    assert_true(count >= SIZE * SIZE - 5 && count < SIZE * SIZE && mask.pixels[1000] == 0); // the firefly among them
+    assert_true(error_share_of_worst(&plain, &reference, &mask, false) < 0.01);
+    image_fini(&mask);
     image_fini(&reference);
     image_fini(&plain);
 }
