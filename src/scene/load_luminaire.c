@@ -74,10 +74,10 @@ static enum status baked_file(struct loader *loader, struct place place, const c
     struct luminaire *loaded;
     enum status status = luminaire_load(&loaded, path, loader->error);
     if (status && access(path, F_OK))
-        return error_at(loader->error, place,
-                        "the baked lamp '%s' is missing; make it with sconce bake, or name another or the lamp's XML "
-                        "(-D lamp=... where the scene has that variable)",
-                        path);
+        error_at(loader->error, place,
+                 "the baked lamp '%s' is missing; make it with sconce bake, or name another or the lamp's XML "
+                 "(-D lamp=... where the scene has that variable)",
+                 path);
     if (status) return status;
     *file = (struct luminaire_file){loader->luminaire_files, copy, loaded};
     loader->luminaire_files = file;
