@@ -84,7 +84,7 @@ class Table1(unittest.TestCase):
                 self.assertLessEqual(row["ours_relmse"], row["bdpt_relmse"])
                 self.assertAlmostEqual(row["speedup"], row["bdpt_cpu_s"] / row["ours_cpu_s"], delta=1e-3 * row["speedup"])
         self.assertEqual(json.loads((self.path / "out/one/table1.json").read_text()), table)
-        self.assertEqual((self.path / "out/one/table1.md").read_text().count("|\n"), 37 + 2)
+        self.assertEqual((self.path / "out/one/table1.md").read_text().count("|\n"), 38 + 2)
         page = (self.path / "out/one/table1.html").read_text()
         self.assertEqual(page.count("data:image/png;base64,"), 2 * (3 + 2 + 6))
         self.assertNotIn("http", page)
