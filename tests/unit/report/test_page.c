@@ -1,4 +1,5 @@
-// The page writer: escapes, base64 (the vectors of RFC 4648, section 10), nothing from outside; and the pictures' arithmetic.
+// The page writer: escapes, base64 (the vectors of RFC 4648, section 10), nothing from outside; and the pictures'
+// arithmetic.
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -86,7 +87,8 @@ static void test_pictures(void **state) {
     assert_int_equal(crop.height, 2);
     for (int y = 0; y < 2; y++)
         for (int x = 0; x < 4; x++)
-            for (int c = 0; c < 3; c++) assert_true(crop.pixels[3 * (4 * y + x) + c] == (float)(9 + 3 * (1 + x / 2) + c));
+            for (int c = 0; c < 3; c++)
+                assert_true(crop.pixels[3 * (4 * y + x) + c] == (float)(9 + 3 * (1 + x / 2) + c));
     image_fini(&a);
     image_fini(&r);
     image_fini(&difference);
