@@ -47,7 +47,6 @@ static enum status choice_parse(int *choice, const char *const names[3], const c
 
 static enum status quality_parse(int *quality, const char *name, struct error *error) {
     static const char *const qualities[] = {[BAKE_DRAFT] = "draft", [BAKE_STANDARD] = "standard", [BAKE_HIGH] = "high"};
-    _Static_assert(BAKE_DRAFT == (int)EVALUATION_DRAFT && BAKE_HIGH == (int)EVALUATION_HIGH, "one list of names");
     return choice_parse(quality, qualities, "quality", name ? name : "standard", error);
 }
 
@@ -133,7 +132,7 @@ enum sconce_status sconce_evaluate(const struct sconce_evaluate_options *options
     int quality;
     enum status status = quality_parse(&quality, options->quality, &inner);
     if (!status)
-        status = bake_evaluate(options->luminaire, options->lamp, &lamp, (enum evaluation_quality)quality, &api.run,
+        status = bake_evaluate(options->luminaire, options->lamp, &lamp, (enum bake_quality)quality, &api.run,
                                &evaluation, &inner);
     if (!status && figures) {
         figures_fill(figures, &evaluation);

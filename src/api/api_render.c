@@ -9,12 +9,7 @@
 #include "trace/integrator.h"
 
 static enum status integrator_choose(struct scene *scene, const char *name, struct error *error) {
-    if (!name) return STATUS_OK;
-    for (int i = 0; integrator_table[i]; i++)
-        if (!strcmp(integrator_table[i]->name, name)) {
-            scene->integrator = (enum integrator_kind)i;
-            return STATUS_OK;
-        }
+    if (!name || integrator_find(&scene->integrator, name)) return STATUS_OK;
     return error_set(error, STATUS_INVALID, "there is no integrator '%s'; use path, bdpt or particle", name);
 }
 

@@ -215,7 +215,7 @@ enum status bake_lamp_plan(const struct bake_options *options, const struct bake
 }
 
 enum status bake_evaluate(const char *luminaire_path, const char *lamp_path, const struct scene_options *lamp_options,
-                          enum evaluation_quality quality, const struct run *run, struct evaluation *evaluation,
+                          enum bake_quality quality, const struct run *run, struct evaluation *evaluation,
                           struct error *error) {
     struct luminaire *luminaire;
     enum status status = luminaire_load(&luminaire, luminaire_path, error);

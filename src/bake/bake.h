@@ -6,7 +6,6 @@
 #include "base/run.h"
 #include "format/description.h"
 
-enum bake_quality { BAKE_DRAFT, BAKE_STANDARD, BAKE_HIGH }; // fixed work: the same seed gives the same file
 enum bake_size { BAKE_SIZE_SMALL, BAKE_SIZE_DEFAULT, BAKE_SIZE_LARGE }; // of the file
 // BAKE_PAPER: the published networks, for comparison (luminaire/paper.h); no other size, no resume.
 enum bake_preset { BAKE_COMPACT, BAKE_PAPER };
@@ -51,5 +50,5 @@ enum status bake_lamp(const struct bake_options *options, const struct run *run,
 
 // Measures a luminaire file against the lamp it was (or might have been) baked from.
 enum status bake_evaluate(const char *luminaire_path, const char *lamp_path, const struct scene_options *lamp_options,
-                          enum evaluation_quality quality, const struct run *run, struct evaluation *evaluation,
+                          enum bake_quality quality, const struct run *run, struct evaluation *evaluation,
                           struct error *error);

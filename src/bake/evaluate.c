@@ -12,9 +12,9 @@
 #include "base/parallel.h"
 
 const struct evaluation_effort evaluation_efforts[] = {
-    [EVALUATION_DRAFT] = {4000000, 8000000, 128, 4096, 32, 4},
-    [EVALUATION_STANDARD] = {16000000, 64000000, 128, 4096, 128, 64},
-    [EVALUATION_HIGH] = {16000000, 64000000, 128, 4096, 128, 256},
+    [BAKE_DRAFT] = {4000000, 8000000, 128, 4096, 32, 4},
+    [BAKE_STANDARD] = {16000000, 64000000, 128, 4096, 128, 64},
+    [BAKE_HIGH] = {16000000, 64000000, 128, 4096, 128, 256},
 };
 const struct evaluation_effort evaluation_effort_paper = {16000000, 1000000, 32, 4096, 8, 4};
 

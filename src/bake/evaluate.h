@@ -42,7 +42,8 @@ struct evaluation_effort {
     int wall_samples; // a pixel of the wall, of the luminaire; 0: the wall is not measured
     int view_samples; // a pixel of the pictures; 0: they are not measured
 };
-enum evaluation_quality { EVALUATION_DRAFT, EVALUATION_STANDARD, EVALUATION_HIGH };
+// Of a bake and of a measurement: fixed work, so that the same seed gives the same file and the same figures.
+enum bake_quality { BAKE_DRAFT, BAKE_STANDARD, BAKE_HIGH };
 extern const struct evaluation_effort evaluation_efforts[]; // from standard on noise of irradiance below 0.5 %
 extern const struct evaluation_effort evaluation_effort_paper; // for the published networks, whose queries cost more
 

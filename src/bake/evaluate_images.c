@@ -19,10 +19,7 @@ void image_pair_fini(struct image_pair *pair) {
 }
 
 enum status image_pair_mean(const struct image_pair *pair, struct image *mean, struct error *error) {
-    enum status status = image_init(mean, EVALUATION_PIXELS, EVALUATION_PIXELS, 3, error);
-    for (size_t i = 0; i < VALUES && status == STATUS_OK; i++)
-        mean->pixels[i] = 0.5f * (pair->half[0].pixels[i] + pair->half[1].pixels[i]);
-    return status;
+    return image_mean(mean, &pair->half[0], &pair->half[1], error);
 }
 
 // The bias of log(1 + x) is -variance / (2 (1 + x)^2) to first order, and half as large for the mean as for each of the

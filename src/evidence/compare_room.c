@@ -126,7 +126,7 @@ enum status compare_room(struct figure_kit *kit, const struct room_comparison *r
     const int count = compare_room_steps(room) - 1;
     struct kept_render reference = {0};
     char baked[PATH_MAX];
-    enum status status = figure_baked(baked, kit, room->lamp, error);
+    enum status status = evidence_baked_check(baked, &kit->data, room->lamp, error);
     if (!status) status = render_one(kit, room, &long_run, reference_s, &reference, error);
     for (int i = 0; i < count && !status; i++)
         status = render_one(kit, room, &contenders[i], equal_s, &contenders[i].render, error);

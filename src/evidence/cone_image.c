@@ -46,8 +46,6 @@ static float cosine_of(const struct cone_image *image, const float direction[3])
     return vec3_dot(vec3_make(direction[0], direction[1], direction[2]), image->view.frame.n);
 }
 
-static float luminance_of(float r, float g, float b) { return 0.212671f * r + 0.715160f * g + 0.072169f * b; }
-
 void cone_image_predict(struct cone_image *image, const struct luminaire *luminaire) {
     enum { BLOCK = 64 };
     const int cells = image->side * image->side;
@@ -60,7 +58,7 @@ void cone_image_predict(struct cone_image *image, const struct luminaire *lumina
         }
         luminaire_eval(luminaire, (size_t)n, point, w, radiance);
         for (int i = 0; i < n; i++)
-            image->value[first + i] = luminance_of(radiance[i][0], radiance[i][1], radiance[i][2]) *
+            image->value[first + i] = rgb_luminance((rgb){radiance[i][0], radiance[i][1], radiance[i][2]}) *
                                       cosine_of(image, image->direction[first + i]);
     }
 }
@@ -89,8 +87,7 @@ static void trace_row(void *user, size_t row, int worker) {
             struct line_hit hit;
             trace_line_radiance(job->lamp->scene, &ray, &sampler, job->lamp->aims, job->lamp->aim_count, MAX_DEPTH,
                                 &hit);
-            sum += (double)(luminance_of(hit.radiance.r, hit.radiance.g, hit.radiance.b) *
-                            cosine_of(image, (float[3]){d.x, d.y, d.z}));
+            sum += (double)(rgb_luminance(hit.radiance) * cosine_of(image, (float[3]){d.x, d.y, d.z}));
         }
         image->value[cell] = (float)(sum / job->samples);
     }

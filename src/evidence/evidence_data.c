@@ -75,3 +75,9 @@ void evidence_lamp(char *path, const struct evidence_data *data, const char *lam
 void evidence_baked(char *path, const struct evidence_data *data, const char *lamp) {
     path_print(path, "%s/%s.safetensors", data->baked, lamp);
 }
+
+enum status evidence_baked_check(char *path, const struct evidence_data *data, const char *lamp, struct error *error) {
+    evidence_baked(path, data, lamp);
+    if (!access(path, R_OK)) return STATUS_OK;
+    return error_set(error, STATUS_IO, "%s is missing; lamps/bake_all.sh %s of the sources bakes it", path, lamp);
+}

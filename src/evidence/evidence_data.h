@@ -20,3 +20,5 @@ void evidence_room(char *path, const struct evidence_data *data, const char *roo
 void evidence_thing(char *path, const struct evidence_data *data, const char *thing); // "furniture", "textures"
 void evidence_lamp(char *path, const struct evidence_data *data, const char *lamp); // its geometry
 void evidence_baked(char *path, const struct evidence_data *data, const char *lamp);
+// The same for a file that must be there: said before anything long begins.
+enum status evidence_baked_check(char *path, const struct evidence_data *data, const char *lamp, struct error *error);

@@ -34,8 +34,6 @@ void figure_step(struct figure_kit *kit, const char *what);
 int figure_side(const struct figure_kit *kit, int pixels); // a picture's side at the kit's scale, at least 16
 int figure_count(const struct figure_kit *kit, int count); // of samples and the like, at least 1
 
-// The lamp's baked file, which must be there: said before anything long begins. path has PATH_MAX bytes.
-enum status figure_baked(char *path, const struct figure_kit *kit, const char *lamp, struct error *error);
 // The names of all lamps that have a baked file beside their geometry, by the alphabet; how many.
 enum { FIGURE_LAMPS = 16, FIGURE_NAME = 64 };
 int figure_lamps(const struct figure_kit *kit, char names[FIGURE_LAMPS][FIGURE_NAME]);

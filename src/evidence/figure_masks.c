@@ -43,7 +43,7 @@ static enum status render_all(struct figure_kit *kit, struct kept_render *refere
                               struct error *error) {
     char lamp[PATH_MAX], baked[PATH_MAX];
     evidence_lamp(lamp, &kit->data, "vintage_lamp");
-    enum status status = figure_baked(baked, kit, "vintage_lamp", error);
+    enum status status = evidence_baked_check(baked, &kit->data, "vintage_lamp", error);
     const struct render_request request = {
         .name = "mask_reference", .lamp = lamp, .integrator = "bdpt", .cpu_seconds = reference_s};
     if (!status) status = render_lamp(kit, request, reference, error);

@@ -9,8 +9,10 @@
 #include <unistd.h>
 
 #include "base/file.h"
+#include "base/hash.h"
 #include "evidence/figure_table.h"
 #include "evidence/kept.h"
+#include "evidence/name_list.h"
 
 #define FIGURE_ENTRY(NAME) &figure_##NAME,
 static const struct figure *const TABLE[] = {FIGURE_TABLE(FIGURE_ENTRY)};
@@ -52,12 +54,6 @@ int figure_side(const struct figure_kit *kit, int pixels) {
 }
 int figure_count(const struct figure_kit *kit, int count) { return (int)fmax(1, round(count * kit->scale)); }
 
-enum status figure_baked(char *path, const struct figure_kit *kit, const char *lamp, struct error *error) {
-    evidence_baked(path, &kit->data, lamp);
-    if (!access(path, R_OK)) return STATUS_OK;
-    return error_set(error, STATUS_IO, "%s is missing; lamps/bake_all.sh of the sources bakes it", path);
-}
-
 int figure_lamps(const struct figure_kit *kit, char names[FIGURE_LAMPS][FIGURE_NAME]) {
     char pattern[PATH_MAX], geometry[PATH_MAX];
     glob_t baked;
@@ -78,7 +74,7 @@ int figure_lamps(const struct figure_kit *kit, char names[FIGURE_LAMPS][FIGURE_N
 static enum status key_make(char *key, size_t size, const struct figure_kit *kit, struct error *error) {
     char lamps[FIGURE_LAMPS][FIGURE_NAME], path[PATH_MAX];
     const int count = figure_lamps(kit, lamps);
-    uint64_t hash = KEPT_HASH;
+    uint64_t hash = HASH_START;
     enum status status = STATUS_OK;
     for (int i = 0; i < count && !status; i++) {
         evidence_baked(path, &kit->data, lamps[i]);
@@ -90,18 +86,11 @@ static enum status key_make(char *key, size_t size, const struct figure_kit *kit
     return status;
 }
 
-static bool listed(const char *list, const char *name) {
-    size_t length = strlen(name);
-    for (const char *p = list; p; p = strchr(p, ','), p += p != NULL)
-        if (!strncmp(p, name, length) && (!p[length] || p[length] == ',')) return true;
-    return false;
-}
-
 static bool is_ablation(const struct figure *figure) { return !strncmp(figure->name, "ablation", 8); }
 
 static bool wanted(const struct figures_options *options, const struct figure *figure) {
     if (!options->only) return !is_ablation(figure);
-    return listed(options->only, figure->name) || (is_ablation(figure) && listed(options->only, ABLATIONS));
+    return name_listed(options->only, figure->name) || (is_ablation(figure) && name_listed(options->only, ABLATIONS));
 }
 
 // Every name in --only must be one of the table's.

@@ -5,13 +5,14 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/hash.h"
 
 enum status kept_hash_file(uint64_t *hash, const char *path, struct error *error) {
     uint8_t *bytes;
     size_t length;
     enum status status = file_read(path, &bytes, &length, error);
     if (status) return status;
-    for (size_t i = 0; i < length; i++) *hash = (*hash ^ bytes[i]) * 0x100000001b3ull;
+    *hash = hash_bytes(*hash, bytes, length);
     free(bytes);
     return STATUS_OK;
 }

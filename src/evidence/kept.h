@@ -6,8 +6,7 @@
 
 #include "base/error.h"
 
-#define KEPT_HASH 0xcbf29ce484222325ull // where a hash begins
-// Adds the bytes of a file to a hash (FNV-1a).
+// Adds the bytes of a file to a hash (base/hash.h).
 enum status kept_hash_file(uint64_t *hash, const char *path, struct error *error);
 enum status kept_save(const char *path, json_t *object, struct error *error); // takes the reference
 json_t *kept_load(const char *path, const char *key); // NULL: absent, damaged or of another key (NULL: of any)

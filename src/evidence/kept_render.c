@@ -65,8 +65,7 @@ static enum status scene_prepare(struct scene *scene, const struct figure_kit *k
                                     .threads = kit->run.threads};
     enum status status = scene_load(scene, r->room, &options, &kit->run, error);
     if (status) return status;
-    for (int i = 0; integrator_table[i]; i++)
-        if (!strcmp(integrator_table[i]->name, r->integrator)) scene->integrator = (enum integrator_kind)i;
+    integrator_find(&scene->integrator, r->integrator);
     for (size_t i = 0; i < scene->luminaire_count; i++) scene->luminaires[i].mask = r->mask;
     if (r->crop.side > 0) {
         scene->sensor->crop_x = (int)(r->crop.x * (float)r->width);

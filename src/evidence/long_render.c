@@ -105,8 +105,7 @@ static enum status job_load_scene(struct long_job *job, int kept, struct error *
     const struct run silent = {.threads = job->run->threads, .cancelled = job->run->cancelled, .user = job->run->user};
     enum status status = scene_load(&job->scene, request->scene, &options, &silent, error);
     if (status) return status;
-    for (int i = 0; integrator_table[i]; i++)
-        if (!strcmp(integrator_table[i]->name, request->integrator)) job->scene.integrator = (enum integrator_kind)i;
+    integrator_find(&job->scene.integrator, request->integrator);
     status = film_init(&job->film, job->scene.sensor, error);
     if (!status && request->mask) status = render_mask(&job->scene, request->mask, job->run, error);
     if (status || !kept) return status;

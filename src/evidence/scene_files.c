@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 
 #include "base/file.h"
+#include "base/hash.h"
 #include "evidence/kept.h"
 
 enum { MAX_DEPTH = 8 }; // of lamps within lamps
@@ -55,7 +56,7 @@ static enum status add_scene(struct file_walk *walk, const char *path, struct er
 
 enum status scene_files_measure(struct scene_files *files, const char *path, const struct definition *definitions,
                                 size_t definition_count, struct error *error) {
-    *files = (struct scene_files){.hash = KEPT_HASH};
+    *files = (struct scene_files){.hash = HASH_START};
     struct file_walk walk = {files, definitions, definition_count, 0};
     return add_file(&walk, path, error);
 }

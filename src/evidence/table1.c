@@ -4,23 +4,16 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "base/file.h"
+#include "evidence/name_list.h"
 #include "evidence/table1_output.h"
-
-static bool name_in(const char *names, const char *name) {
-    const size_t length = strlen(name);
-    for (const char *p = names; p; p = strchr(p, ',') ? strchr(p, ',') + 1 : NULL)
-        if (!strncmp(p, name, length) && (!p[length] || p[length] == ',')) return true;
-    return false;
-}
 
 static enum status rows_choose(bool chosen[TABLE1_ROWS], const char *only, struct error *error) {
     char all[200] = "";
     size_t found = 0, named = 1;
     for (int i = 0; i < TABLE1_ROWS; i++) {
-        chosen[i] = !only || name_in(only, table1_entries[i].name);
+        chosen[i] = !only || name_listed(only, table1_entries[i].name);
         found += chosen[i];
         snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", i ? ", " : "", table1_entries[i].name);
     }
@@ -36,10 +29,8 @@ static enum status rows_check(struct table1_kit *kit, const bool chosen[TABLE1_R
         const struct table1_entry *entry = &table1_entries[i];
         char path[PATH_MAX];
         if (!chosen[i]) continue;
-        evidence_baked(path, &kit->data, entry->lamp);
-        if (access(path, R_OK))
-            return error_set(error, STATUS_IO, "%s is missing; lamps/bake_all.sh %s of the sources bakes it", path,
-                             entry->lamp);
+        status = evidence_baked_check(path, &kit->data, entry->lamp, error);
+        if (status) return status;
         kit->total += table1_work(kit, entry);
         table1_path(path, kit, entry, "");
         status = folder_make(path, error);

@@ -8,6 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "image/metric.h"
+
 static double square(double x) { return x * x; }
 
 struct error_parts error_split(const struct image *const pictures[2], const struct image *const references[2],
@@ -54,12 +56,9 @@ static double *pixel_errors(const struct image *picture, const struct image *ref
     for (size_t i = 0; errors && i < pixels; i++) {
         errors[i] = -1;
         if (mask && !(mask->pixels[i * (size_t)mask->channels] > 0.5f)) continue;
-        errors[i] = 0;
+        errors[i] = pixel_relative_error(&picture->pixels[i * (size_t)picture->channels],
+                                         &reference->pixels[i * (size_t)reference->channels]);
         ++*count;
-        for (size_t c = 0; c < 3; c++) {
-            const double r = reference->pixels[i * (size_t)reference->channels + c];
-            errors[i] += square(picture->pixels[i * (size_t)picture->channels + c] - r) / (r * r + 1e-3);
-        }
     }
     return errors;
 }

@@ -12,13 +12,13 @@ enum { PICTURES = 3, CROP_SHARE = 6, CROP_ZOOM = 4 }; // a crop's side is a sixt
 
 struct row_pictures {
     struct image image[PICTURES]; // the reference (a mean of two), bdpt, ours
-    struct image twin, mask; // the reference's second half
+    struct image half[2], mask; // of the reference
     float exposure;
 };
 
 static void pictures_fini(struct row_pictures *pictures) {
     for (int i = 0; i < PICTURES; i++) image_fini(&pictures->image[i]);
-    image_fini(&pictures->twin);
+    for (int i = 0; i < 2; i++) image_fini(&pictures->half[i]);
     image_fini(&pictures->mask);
 }
 
@@ -35,17 +35,14 @@ static enum status pictures_load(struct row_pictures *pictures, const struct tab
     char name[TABLE1_NAME], file[TABLE1_NAME + 8];
     table1_equal_name(name, row->ours_spp);
     snprintf(file, sizeof file, "%s.exr", name);
-    enum status status = picture_load(&pictures->image[0], kit, entry, "reference_1.exr", error);
-    if (!status) status = picture_load(&pictures->twin, kit, entry, "reference_2.exr", error);
+    enum status status = picture_load(&pictures->half[0], kit, entry, "reference_1.exr", error);
+    if (!status) status = picture_load(&pictures->half[1], kit, entry, "reference_2.exr", error);
+    if (!status) status = image_mean(&pictures->image[0], &pictures->half[0], &pictures->half[1], error);
     if (!status) status = picture_load(&pictures->image[1], kit, entry, "bdpt.exr", error);
     if (!status) status = picture_load(&pictures->image[2], kit, entry, file, error);
     if (!status) status = picture_load(&pictures->mask, kit, entry, "mask.exr", error);
-    if (status) return status;
-    struct image *mean = &pictures->image[0];
-    for (size_t i = 0; i < (size_t)mean->width * (size_t)mean->height * (size_t)mean->channels; i++)
-        mean->pixels[i] = 0.5f * (mean->pixels[i] + pictures->twin.pixels[i]);
-    pictures->exposure = image_auto_exposure(mean);
-    return STATUS_OK;
+    if (!status) pictures->exposure = image_auto_exposure(&pictures->image[0]);
+    return status;
 }
 
 struct crop {
@@ -64,12 +61,8 @@ static struct crop worst_tile(const struct row_pictures *pictures, const struct 
                 const size_t at =
                     (size_t)(y + i / worst.side) * (size_t)reference->width + (size_t)(x + i % worst.side);
                 if (!(pictures->mask.pixels[at * (size_t)pictures->mask.channels] > 0.5f)) continue;
-                const float *a = &image->pixels[at * (size_t)image->channels];
-                const float *r = &reference->pixels[at * (size_t)reference->channels];
-                for (int c = 0; c < 3; c++) {
-                    const double difference = (double)a[c] - (double)r[c];
-                    sum += difference * difference / ((double)r[c] * (double)r[c] + 1e-3);
-                }
+                sum += pixel_relative_error(&image->pixels[at * (size_t)image->channels],
+                                            &reference->pixels[at * (size_t)reference->channels]);
             }
             if (sum > most) most = sum, worst.x = x, worst.y = y;
         }

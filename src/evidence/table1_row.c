@@ -147,15 +147,6 @@ static enum status measure_picture(const struct row_job *job, const struct image
     return STATUS_OK;
 }
 
-static enum status mean_image(struct image *mean, const struct image *a, const struct image *b, struct error *error) {
-    enum status status = image_init(mean, a->width, a->height, 3, error);
-    for (size_t i = 0; !status && i < (size_t)a->width * (size_t)a->height; i++)
-        for (size_t c = 0; c < 3; c++)
-            mean->pixels[3 * i + c] =
-                0.5f * (a->pixels[i * (size_t)a->channels + c] + b->pixels[i * (size_t)b->channels + c]);
-    return status;
-}
-
 // --- The parts of the measurement, in order. ---
 static enum status render_halves(struct row_job *job, struct error *error) {
     static const char *const ours[2] = {"ours_1", "ours_2"}, *const references[2] = {"reference_1", "reference_2"};
@@ -174,7 +165,7 @@ static enum status render_halves(struct row_job *job, struct error *error) {
         status = render(job, &(struct rendering){references[i], false, 21 + i, job->bdpt_samples, NULL}, bdpt_work,
                         &job->reference[i], error);
     if (!status) status = image_load(&job->mask, mask, true, error);
-    if (!status) status = mean_image(&job->reference_mean, &job->reference[0].image, &job->reference[1].image, error);
+    if (!status) status = image_mean(&job->reference_mean, &job->reference[0].image, &job->reference[1].image, error);
     return status;
 }
 

@@ -36,6 +36,15 @@ void image_fini(struct image *image) {
     *image = (struct image){0};
 }
 
+enum status image_mean(struct image *mean, const struct image *a, const struct image *b, struct error *error) {
+    enum status status = image_init(mean, a->width, a->height, 3, error);
+    for (size_t i = 0; !status && i < (size_t)a->width * (size_t)a->height; i++)
+        for (size_t c = 0; c < 3; c++)
+            mean->pixels[3 * i + c] =
+                0.5f * (a->pixels[i * (size_t)a->channels + c] + b->pixels[i * (size_t)b->channels + c]);
+    return status;
+}
+
 int image_channel(const struct image *image, const char *name) {
     for (int c = 0; image->channel_names && c < image->channels; c++)
         if (!strcmp(image->channel_names[c], name)) return c;

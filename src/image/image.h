@@ -14,6 +14,8 @@ struct image {
 
 enum status image_init(struct image *image, int width, int height, int channels, struct error *error); // zeroed pixels
 void image_fini(struct image *image);
+// RGB, the mean of the first three channels of two images of one size.
+enum status image_mean(struct image *mean, const struct image *a, const struct image *b, struct error *error);
 int image_channel(const struct image *image, const char *name); // its number, or -1
 // EXR (half and float, any channels; R G B A come first), PNG and JPEG (converted from sRGB to linear unless `raw`),
 // Radiance HDR.

@@ -4,6 +4,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "math/vec.h"
+
 enum { BLOCKS = 4 };
 
 struct sums {
@@ -20,12 +22,20 @@ static const float *pixel_at(const struct image *image, int x, int y) {
 
 static bool pixel_counts(const struct image *mask, int x, int y) { return !mask || pixel_at(mask, x, y)[0] > 0.5f; }
 
+double pixel_relative_error(const float *pixel, const float *reference) {
+    double sum = 0;
+    for (int c = 0; c < 3; c++) {
+        const double r = reference[c], difference = (double)pixel[c] - r;
+        sum += difference * difference / (r * r + 1e-3);
+    }
+    return sum;
+}
+
 static void sums_add(struct sums *sums, const float *image, const float *reference, int block) {
     for (int c = 0; c < 3; ++c) {
         double a = image[c], r = reference[c], difference = a - r;
         double log_a = log1p(fmax(a, 0)), log_r = log1p(fmax(r, 0));
         sums->squared += difference * difference;
-        sums->relative += difference * difference / (r * r + 1e-3);
         sums->logarithmic += (log_a - log_r) * (log_a - log_r);
         sums->peak = fmax(sums->peak, r);
         sums->log_peak = fmax(sums->log_peak, log_r);
@@ -34,6 +44,7 @@ static void sums_add(struct sums *sums, const float *image, const float *referen
         sums->block_image[block] += a;
         sums->block_reference[block] += r;
     }
+    sums->relative += pixel_relative_error(image, reference);
     ++sums->count;
 }
 
@@ -131,7 +142,7 @@ float image_auto_exposure(const struct image *image) {
     if (!values) return 1;
     for (size_t i = 0; i < count; ++i) {
         const float *p = image->pixels + i * (size_t)image->channels;
-        float luminance = image->channels < 3 ? p[0] : 0.212671f * p[0] + 0.715160f * p[1] + 0.072169f * p[2];
+        float luminance = image->channels < 3 ? p[0] : rgb_luminance((rgb){p[0], p[1], p[2]});
         if (luminance > 0 && isfinite(luminance)) values[lit++] = luminance;
     }
     qsort(values, lit, sizeof *values, compare_floats);

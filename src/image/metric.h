@@ -20,5 +20,7 @@ enum status metrics_compute(struct metrics *metrics, const struct image *image, 
 // FLIP per pixel, as an image of one channel.
 enum status flip_map(struct image *map, const struct image *image, const struct image *reference, float exposure,
                      struct error *error);
+// Sum over R, G, B of (a - r)^2 / (r^2 + 1e-3), the summand of relMSE.
+double pixel_relative_error(const float *pixel, const float *reference);
 // An exposure that puts the 90th-percentile luminance of the pixels that are not black at 0.8; 1 for a black image.
 float image_auto_exposure(const struct image *image);

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/hash.h"
 #include "format/safetensors.h"
 #include "luminaire/light_field.h"
 
@@ -28,16 +29,11 @@ static void describe(const struct field_net *net, const uint64_t *key, struct te
     memcpy(tensors, all, sizeof all);
 }
 
-static uint64_t hash_bytes(uint64_t hash, const void *bytes, size_t count) { // FNV-1a
-    for (size_t i = 0; i < count; i++) hash = (hash ^ ((const uint8_t *)bytes)[i]) * 0x100000001b3ull;
-    return hash;
-}
-
 static uint64_t options_key(const struct field_net *net) {
     const struct encoding_options *options = &net->encoding.options;
     const int32_t counts[] = {options->anchor_count, options->shell_count, options->use_grid4, options->use_hull,
                               options->log2_entries};
-    uint64_t hash = hash_bytes(0xcbf29ce484222325ull, net->center, sizeof net->center);
+    uint64_t hash = hash_bytes(HASH_START, net->center, sizeof net->center);
     hash = hash_bytes(hash, &net->radius, sizeof net->radius);
     hash = hash_bytes(hash, counts, sizeof counts);
     hash = hash_bytes(hash, options->anchors, sizeof options->anchors);

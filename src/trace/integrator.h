@@ -1,6 +1,8 @@
 // The integrators render passes of one sample per pixel into a film. integrator_table lists them.
 #pragma once
 
+#include <stdbool.h>
+
 #include "base/error.h"
 #include "base/run.h"
 #include "scene/scene.h"
@@ -18,3 +20,4 @@ struct integrator_type {
 };
 extern const struct integrator_type
     *const integrator_table[]; // path, bdpt, particle in the order of enum integrator_kind; ends with NULL
+bool integrator_find(enum integrator_kind *kind, const char *name); // false: there is none of that name

@@ -1,7 +1,18 @@
 // The integrators, in the order of enum integrator_kind.
 #include "trace/integrator.h"
 
+#include <string.h>
+
 extern const struct integrator_type path_integrator, bdpt_integrator, particle_integrator;
 
 const struct integrator_type *const integrator_table[] = {&path_integrator, &bdpt_integrator, &particle_integrator,
                                                           NULL};
+
+bool integrator_find(enum integrator_kind *kind, const char *name) {
+    for (int i = 0; integrator_table[i]; i++) {
+        if (strcmp(integrator_table[i]->name, name)) continue;
+        *kind = (enum integrator_kind)i;
+        return true;
+    }
+    return false;
+}
