@@ -1,17 +1,12 @@
-// The proxy as lines meet it. A mesh carries a bounding volume hierarchy.
+// The proxy as lines meet it.
 #pragma once
 
 #include "luminaire/build.h"
-
-struct proxy_node { // inner: children `first` and `first + 1`, count 0; leaf: triangles order[first .. first + count)
-    float lower[3], upper[3];
-    uint32_t first, count;
-};
+#include "luminaire/mesh_tree.h"
 
 struct proxy_shape {
     struct proxy proxy; // owns its vertices and indices
-    struct proxy_node *nodes;
-    uint32_t *order;
+    struct mesh_tree *tree; // of PROXY_MESH
 };
 
 // Copies the proxy after checking it: finite, positive sizes, indices in range, everything inside the bounding sphere.
