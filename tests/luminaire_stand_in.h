@@ -57,6 +57,14 @@ void luminaire_bounds(const struct luminaire *luminaire, float center[3], float 
     center[0] = center[1] = center[2] = 0;
     *radius = 1;
 }
+void luminaire_eval_met(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
+                        float (*radiance)[3]) {
+    luminaire_eval(luminaire, n, point, w, radiance);
+}
+void luminaire_transmittance_met(const struct luminaire *luminaire, size_t n, const float (*point)[3],
+                                 const float (*w)[3], float (*transmittance)[3]) {
+    luminaire_transmittance(luminaire, n, point, w, transmittance);
+}
 int luminaire_seen(const struct luminaire *luminaire, const float point[3], const float w[3]) {
     (void)luminaire, (void)point, (void)w;
     return 1;

@@ -112,10 +112,9 @@ int luminaire_span(const struct luminaire *luminaire, const float origin[3], con
     return proxy_shape_span(&luminaire->shape, origin, direction, t_near, t_far);
 }
 
-// The fields know the bounding sphere; what misses the proxy itself is set to `value`.
+// The networks know the bounding sphere; what misses the proxy itself is set to `value`.
 static void mask_misses(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
                         float value, float (*result)[3]) {
-    if (luminaire->shape.proxy.kind == PROXY_SPHERE) return;
     float t_near, t_far;
     for (size_t i = 0; i < n; i++)
         if (!proxy_shape_span(&luminaire->shape, point[i], w[i], &t_near, &t_far))
@@ -124,25 +123,25 @@ static void mask_misses(const struct luminaire *luminaire, size_t n, const float
 
 void luminaire_eval(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
                     float (*radiance)[3]) {
-    luminaire_sum_light(luminaire, n, point, w, radiance);
-    mask_misses(luminaire, n, point, w, 0, radiance);
+    luminaire_eval_met(luminaire, n, point, w, radiance);
+    if (luminaire->shape.proxy.kind != PROXY_SPHERE) mask_misses(luminaire, n, point, w, 0, radiance);
+}
+
+void luminaire_transmittance_met(const struct luminaire *luminaire, size_t n, const float (*point)[3],
+                                 const float (*w)[3], float (*transmittance)[3]) {
+    if (luminaire->paper)
+        paper_transmittance(luminaire->paper, n, point, w, transmittance);
+    else if (luminaire->transparency)
+        transparency_eval(luminaire->transparency, n, point, w, transmittance);
+    else
+        memset(transmittance, 0, n * sizeof *transmittance);
 }
 
 void luminaire_transmittance(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
                              float (*transmittance)[3]) {
-    if (luminaire->paper || luminaire->transparency) {
-        if (luminaire->paper)
-            paper_transmittance(luminaire->paper, n, point, w, transmittance);
-        else
-            transparency_eval(luminaire->transparency, n, point, w, transmittance);
-        mask_misses(luminaire, n, point, w, 1, transmittance);
-        return;
-    }
-    float t_near, t_far;
-    for (size_t i = 0; i < n; i++) {
-        float value = proxy_shape_span(&luminaire->shape, point[i], w[i], &t_near, &t_far) ? 0 : 1;
-        for (int c = 0; c < 3; c++) transmittance[i][c] = value;
-    }
+    luminaire_transmittance_met(luminaire, n, point, w, transmittance);
+    const bool network = luminaire->paper || luminaire->transparency;
+    if (luminaire->shape.proxy.kind != PROXY_SPHERE || !network) mask_misses(luminaire, n, point, w, 1, transmittance);
 }
 
 int luminaire_seen(const struct luminaire *luminaire, const float point[3], const float w[3]) {

@@ -35,11 +35,16 @@ void luminaire_bounds(const struct luminaire *luminaire, float center[3], float 
 int luminaire_span(const struct luminaire *luminaire, const float origin[3], const float direction[3], float *t_near,
                    float *t_far);
 
-// Hot calls: no checks; thread-safe; any n >= 1.
+// Hot calls: no checks; thread-safe; any n >= 1. Lines that miss the proxy have radiance 0 and transmittance 1.
 void luminaire_eval(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
                     float (*radiance)[3]);
 void luminaire_transmittance(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
                              float (*transmittance)[3]);
+// The same for lines of which luminaire_span has said that they meet the proxy: it is not asked again.
+void luminaire_eval_met(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
+                        float (*radiance)[3]);
+void luminaire_transmittance_met(const struct luminaire *luminaire, size_t n, const float (*point)[3],
+                                 const float (*w)[3], float (*transmittance)[3]);
 // Whether a line meets anything of the lamp. Always true where the file holds no hull. Beside the lamp's silhouette the
 // light field has a dim glow: rays that look at the lamp leave it out where this says false.
 int luminaire_seen(const struct luminaire *luminaire, const float point[3], const float w[3]);

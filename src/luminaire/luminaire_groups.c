@@ -142,8 +142,8 @@ static void query_light(const struct luminaire *luminaire, int group, size_t n, 
         light_field_eval(luminaire->emissions[group].light, n, light->point, light->w, radiance);
 }
 
-void luminaire_sum_light(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
-                         float (*radiance)[3]) {
+void luminaire_eval_met(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
+                        float (*radiance)[3]) {
     const size_t block = luminaire->emission_count > 1 ? BLOCK : n;
     for (size_t first = 0; first < n; first += block) {
         const struct light_lines lines = {point + first, w + first};

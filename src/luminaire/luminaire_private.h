@@ -36,10 +36,6 @@ struct luminaire {
 // Flux and shares from the emissions and the factors: after any change of them.
 void luminaire_derive(struct luminaire *luminaire);
 
-// The light on all lines of the bounding sphere, of whatever proxy.
-void luminaire_sum_light(const struct luminaire *luminaire, size_t n, const float (*point)[3], const float (*w)[3],
-                         float (*radiance)[3]);
-
 enum status luminaire_set_metadata(struct luminaire *luminaire, const char *const *keys, const char *const *values,
                                    size_t count, struct error *error);
 size_t

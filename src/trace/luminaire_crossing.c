@@ -100,6 +100,13 @@ static rgb mask_transmittance(enum lamp_mask mask, rgb transmittance) {
     return rgb_gray(through ? 1 : 0);
 }
 
+// Whether a crossing that nobody has found misses the proxy after all.
+static bool misses(const struct crossing *crossing, const struct luminaire_instance *instance, const float point[3],
+                   const float w[3]) {
+    float t_near, t_far;
+    return crossing->t_mid == 0 && !luminaire_span(instance->luminaire, point, w, &t_near, &t_far);
+}
+
 // One query for the crossings order[0..n) of one lamp.
 static void ask(struct crossing_batch *batch, const struct luminaire_instance *instance, const uint32_t *order,
                 size_t n, enum question question) {
@@ -116,10 +123,10 @@ static void ask(struct crossing_batch *batch, const struct luminaire_instance *i
     const float(*point)[3] = (const float(*)[3])batch->point, (*w)[3] = (const float(*)[3])batch->w;
     switch (question) {
     case QUESTION_RADIANCE:
-        luminaire_eval(instance->luminaire, asked, point, w, batch->answer);
+        luminaire_eval_met(instance->luminaire, asked, point, w, batch->answer);
         break;
     case QUESTION_TRANSMITTANCE:
-        luminaire_transmittance(instance->luminaire, asked, point, w, batch->answer);
+        luminaire_transmittance_met(instance->luminaire, asked, point, w, batch->answer);
         break;
     case QUESTION_PDF:
         luminaire_pdf(instance->luminaire, asked, point, w, batch->pdf);
@@ -130,6 +137,8 @@ static void ask(struct crossing_batch *batch, const struct luminaire_instance *i
         struct crossing *crossing = &batch->crossings[order[i]];
         if (!crossing_wants(crossing, question)) continue;
         rgb answer = {batch->answer[asked][0], batch->answer[asked][1], batch->answer[asked][2]};
+        if (question != QUESTION_PDF && misses(crossing, instance, point[asked], w[asked]))
+            answer = rgb_gray(question == QUESTION_RADIANCE ? 0 : 1);
         if (question == QUESTION_RADIANCE) crossing->radiance = rgb_mul(answer, instance->dim);
         if (question == QUESTION_RADIANCE && crossing->looks && !rgb_is_black(answer) &&
             !luminaire_seen(instance->luminaire, point[asked], w[asked]))

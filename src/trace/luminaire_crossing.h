@@ -8,7 +8,7 @@
 struct crossing {
     uint32_t item; // whose line this is, for the caller
     uint32_t luminaire; // index in scene->luminaires
-    float t_mid; // where on the item's ray
+    float t_mid; // where on the item's ray, > 0; or 0: crossing_find was not asked
     bool wants_radiance, wants_transmittance, wants_pdf;
     bool looks; // the line shows the lamp itself: it is dark beside its silhouette
     vec3 viewpoint, direction; // of the ray: the light travels along -direction

@@ -384,10 +384,12 @@ static void test_queries_belong_to_lines(void **state) {
     struct probes probes = probe_lines(&proxy), shifted = probes;
     for (int i = 0; i < PROBES; i++)
         for (int a = 0; a < 3; a++) shifted.point[i][a] += 0.7f * probes.w[i][a];
-    static float l[PROBES][3], m[PROBES][3], t[PROBES][3];
+    static float l[PROBES][3], m[PROBES][3], t[PROBES][3], l_met[PROBES][3], t_met[PROBES][3];
     luminaire_eval(luminaire, PROBES, (const float(*)[3])probes.point, (const float(*)[3])probes.w, l);
     luminaire_eval(luminaire, PROBES, (const float(*)[3])shifted.point, (const float(*)[3])shifted.w, m);
     luminaire_transmittance(luminaire, PROBES, (const float(*)[3])probes.point, (const float(*)[3])probes.w, t);
+    luminaire_eval_met(luminaire, PROBES, (const float(*)[3])probes.point, (const float(*)[3])probes.w, l_met);
+    luminaire_transmittance_met(luminaire, PROBES, (const float(*)[3])probes.point, (const float(*)[3])probes.w, t_met);
     int misses = 0;
     for (int i = 0; i < PROBES; i++) {
         float t_near, t_far, one[3];
@@ -400,7 +402,8 @@ static void test_queries_belong_to_lines(void **state) {
             if (!hit)
                 assert_true(l[i][c] == 0 && t[i][c] == 1);
             else
-                assert_true(l[i][c] > 0 && t[i][c] >= 0 && t[i][c] <= 1);
+                assert_true(l[i][c] > 0 && t[i][c] >= 0 && t[i][c] <= 1 && l[i][c] == l_met[i][c] &&
+                            t[i][c] == t_met[i][c]);
         }
     }
     assert_true(misses > 10 && misses < PROBES - 10);
