@@ -1,5 +1,5 @@
 // Rays against a hull without a scene: which of its parts a line through the lamp meets, and how much of the light that
-// comes along it smooth glass lets through. A bounding volume hierarchy of its own, because Embree belongs to scenes.
+// comes along it smooth glass lets through.
 #pragma once
 
 #include "luminaire/hull.h"
