@@ -202,8 +202,8 @@ enum status mesh_tree_create(struct mesh_tree **result, const float (*vertices)[
     size_t used = 0;
     for (uint32_t i = 0; items && i < count; i++) used += item_make(&items[used], vertices, triangles[i], i);
     if (tree) { // Every node has two children or more but the root, every leaf a triangle.
-        tree->nodes = aligned_alloc(64, (used + 1) * sizeof *tree->nodes);
-        tree->blocks = aligned_alloc(64, (used + 1) * sizeof *tree->blocks);
+        tree->nodes = aligned_alloc(_Alignof(struct mesh_node), (used + 1) * sizeof *tree->nodes);
+        tree->blocks = aligned_alloc(_Alignof(struct mesh_block), (used + 1) * sizeof *tree->blocks);
     }
     if (!tree || !items || !tree->nodes || !tree->blocks) {
         free(items);

@@ -9,12 +9,12 @@ enum { LANES = 8, MOST_BLOCKS = 2 }; // of a leaf
 enum { CHILD_COUNT = 3, CHILD_INNER = 3, CHILD_SHIFT = 2 };
 
 struct mesh_node {
-    float bounds[2][3][LANES]; // lower and upper; of nothing: inside out
+    _Alignas(32) float bounds[2][3][LANES]; // lower and upper; of nothing: inside out
     uint32_t child[LANES];
 };
 
 struct mesh_block {
-    float corners[3][3][LANES]; // [corner][axis]; left over: all the same point
+    _Alignas(32) float corners[3][3][LANES]; // [corner][axis]; left over: all the same point
     uint32_t triangle[LANES];
 };
 
