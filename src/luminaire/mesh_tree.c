@@ -71,7 +71,7 @@ static inline int push_children(const struct mesh_node *node, const struct line 
 }
 
 // Where the line meets each triangle of the block beyond t_min; infinity: nowhere.
-static inline void meet(const struct mesh_block *block, const struct line *line, float t_min, float *t) {
+static inline void meet(const struct mesh_block *block, const struct line *line, float t_min, float *restrict t) {
     const float *ax = block->corners[0][line->x], *ay = block->corners[0][line->y], *az = block->corners[0][line->z];
     const float *bx = block->corners[1][line->x], *by = block->corners[1][line->y], *bz = block->corners[1][line->z];
     const float *cx = block->corners[2][line->x], *cy = block->corners[2][line->y], *cz = block->corners[2][line->z];
@@ -93,9 +93,10 @@ static inline void meet(const struct mesh_block *block, const struct line *line,
         float low_x = minf(minf(a_x, b_x), c_x), high_x = maxf(maxf(a_x, b_x), c_x);
         float low_y = minf(minf(a_y, b_y), c_y), high_y = maxf(maxf(a_y, b_y), c_y);
         float low_z = minf(minf(a_z, b_z), c_z), high_z = maxf(maxf(a_z, b_z), c_z);
-        bool within = (maxf(low_x, low_y) <= 0) & (minf(high_x, high_y) >= 0);
+        float outside = maxf(maxf(low_x, -high_x), maxf(low_y, -high_y));
         depth = minf(maxf(depth, low_z), high_z) * inverse;
-        t[l] = within & ((least >= 0) | (most <= 0)) & (determinant != 0) & (depth > t_min) ? depth : INFINITY;
+        bool met = (outside <= 0) & ((least >= 0) | (most <= 0)) & (determinant != 0) & (depth > t_min);
+        t[l] = met ? depth : INFINITY;
     }
 }
 
