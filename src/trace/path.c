@@ -65,6 +65,7 @@ static void tracer_destroy(void *state) {
     for (int i = 0; tracer->workers && i < tracer->worker_count; i++) worker_fini(&tracer->workers[i]);
     free(tracer->workers);
     free(tracer->expected);
+    path_guide_destroy(tracer->guide);
     light_select_destroy(tracer->lights);
     caustic_destroy(tracer->caustic);
     residual_destroy(tracer->residual);
@@ -89,6 +90,7 @@ enum status path_create(const struct scene *scene, const struct run *run, enum p
     tracer->hidden = scene_has_hidden_geometry(scene);
     tracer->worker_count = count;
     enum status status = light_select_create(&tracer->lights, scene, error);
+    if (status == STATUS_OK) status = path_guide_create(&tracer->guide, scene, error);
     if (status == STATUS_OK && scene->unbiased) status = residual_create(&tracer->residual, scene, error);
     if (status == STATUS_OK && strategy == PATH_MIS)
         status = caustic_create(&tracer->caustic, scene, tracer->residual, run, error);
@@ -120,6 +122,7 @@ static void trace_tile(void *user, size_t tile, int worker_index) {
         }
     for (size_t i = 0; i < count; i++) {
         const struct path *path = &worker->paths[i];
+        path_record_end(tracer, path);
         float *pixel = &tracer->film->pass[3 * (size_t)path->pixel];
         pixel[0] = path->radiance.r;
         pixel[1] = path->radiance.g;
@@ -139,6 +142,7 @@ static enum status render_pass(void *state, struct film *film, uint64_t pass, co
     if (!tracer->expected) tracer->expected = calloc(pixels, sizeof *tracer->expected);
     if (!tracer->expected) return error_set(error, STATUS_MEMORY, "out of memory for a film of %zu pixels", pixels);
     path_expect(tracer);
+    path_guide_learn(tracer);
     tracer->tiles_x = (film->width + PATH_TILE - 1) / PATH_TILE;
     size_t tiles = (size_t)tracer->tiles_x * (size_t)((film->height + PATH_TILE - 1) / PATH_TILE);
     parallel_for(run->threads < tracer->worker_count ? run->threads : tracer->worker_count, tiles, trace_tile, tracer);

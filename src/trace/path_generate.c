@@ -30,6 +30,7 @@ void path_generate(const struct path_tracer *tracer, struct path_worker *worker,
             path->may_be_caustic = false;
             path->passed = false;
             path->has_from = false;
+            path->record.state = RECORD_NONE;
             worker->active[count] = count;
         }
     }

@@ -36,7 +36,9 @@ static void meet_emitter(const struct path_tracer *tracer, struct path_worker *w
     if (path->pdf > 0)
         pdf_light = emitter->type->pdf_light(emitter, path->vertex.p, &path->surface, path->ray.direction) *
                     light_select_pmf_emitter(tracer->lights, &path->vertex, emitter);
-    path_add(worker, path, rgb_scale(rgb_mul(path->beta, radiance), path_hit_weight(tracer, path, pdf_light)));
+    const rgb contribution = rgb_scale(rgb_mul(path->beta, radiance), path_hit_weight(tracer, path, pdf_light));
+    path_record_lamp(path, contribution, path->surface.t);
+    path_add(worker, path, contribution);
 }
 
 void path_hit(const struct path_tracer *tracer, struct path_worker *worker) {
@@ -52,6 +54,7 @@ void path_hit(const struct path_tracer *tracer, struct path_worker *worker) {
                                                             path->ray.direction, path->surface.t));
         int live = live_at_surface(tracer, path);
         meet_emitter(tracer, worker, path, live);
+        path_record_hit(path);
         if (path->status == PATH_PASSES) continue;
         path->vertex = (struct light_point){path->surface.p, path->surface.shape->luminaire, live};
         if (!path_may_scatter(tracer, path) || rgb_is_black(path->beta)) path->status = PATH_DONE;

@@ -4,8 +4,9 @@
 #include "trace/path_state.h"
 
 static void shadow_add(struct path_worker *worker, uint32_t index, uint32_t luminaire, const struct ray *ray,
-                       rgb contribution) {
-    worker->shadows[worker->shadow_count++] = (struct shadow){index, luminaire, *ray, contribution};
+                       rgb contribution, float pdf_bsdf) {
+    worker->shadows[worker->shadow_count++] =
+        (struct shadow){index, luminaire, *ray, contribution, path_pdf_is_sharp(pdf_bsdf)};
 }
 
 rgb path_response(const struct path *path, vec3 direction, float *pdf_bsdf) {
@@ -40,7 +41,8 @@ static void sample_emitter(const struct path_tracer *tracer, struct path_worker 
     } else {
         ray = surface_spawn_ray(&path->surface, light.direction);
     }
-    shadow_add(worker, index, UINT32_MAX, &ray, rgb_scale(rgb_mul(response, light.radiance), weight / pdf_light));
+    shadow_add(worker, index, UINT32_MAX, &ray, rgb_scale(rgb_mul(response, light.radiance), weight / pdf_light),
+               pdf_bsdf);
 }
 
 // The samples of one lamp: draw directions, leave the shadow rays where the surface responds.
@@ -81,7 +83,7 @@ static void sample_luminaire(const struct path_tracer *tracer, struct path_worke
         struct ray ray = surface_spawn_ray(&path->surface, direction);
         ray.t_max = t_mid;
         response = rgb_mul(response, segment_absorption(&path->surface, NULL, direction, t_mid));
-        shadow_add(worker, requests[i].path, luminaire, &ray, rgb_scale(response, weight / pdf_light));
+        shadow_add(worker, requests[i].path, luminaire, &ray, rgb_scale(response, weight / pdf_light), pdf_bsdf);
     }
 }
 

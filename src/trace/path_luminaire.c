@@ -55,7 +55,9 @@ static void path_meet(const struct path_tracer *tracer, struct path_worker *work
         if (weight > 0 && !rgb_is_black(crossing->radiance)) {
             rgb radiance = rgb_mul(crossing->radiance, visibility_beyond(tracer, path, crossing));
             if (stops_inside(path, (int)crossing->luminaire)) radiance = rgb_mul(radiance, path->fork.weight);
-            path_add(worker, path, rgb_scale(rgb_mul(path->beta, radiance), weight));
+            const rgb contribution = rgb_scale(rgb_mul(path->beta, radiance), weight);
+            path_record_lamp(path, contribution, crossing->t_mid);
+            path_add(worker, path, contribution);
         }
         path->beta = rgb_mul(path->beta, crossing->transmittance);
     }

@@ -9,13 +9,16 @@ static const float least = 0.05f; // of the typical luminance: what darker pixel
 static const float most = 8; // likewise of single bright pixels, which may be outliers
 static const float least_survival = 0.1f; // so that no weight grows by more than its inverse
 static const float met = 2.5f; // of the typical luminance: what a path is taken to meet (measured: 1.5 to 7 cost more)
+static const float guided_met = 2; // in its place, of the radiance that the guide expects from there
+static const float least_met = 0.75f; // of the typical luminance: what a guided path is taken to meet at least
 
 static float pixel_luminance(const struct film *film, int x, int y) {
     const double *mean = &film->mean[3 * ((size_t)y * (size_t)film->width + (size_t)x)];
     return maxf(rgb_luminance(rgb_make((float)mean[0], (float)mean[1], (float)mean[2])), 0);
 }
 
-static float around(const struct film *film, int x, int y, float bound) {
+float path_expected_luminance(const struct film *film, int x, int y, float typical) {
+    const float bound = most * typical;
     float sum = 0;
     int count = 0;
     for (int v = y - REACH; v <= y + REACH; v++) {
@@ -25,11 +28,10 @@ static float around(const struct film *film, int x, int y, float bound) {
             count++;
         }
     }
-    return sum / (float)count;
+    return maxf(sum / (float)count, least * typical);
 }
 
-// The mean, of which single bright pixels (a lamp that is looked at) take little.
-static float typical_luminance(const struct film *film) {
+float path_typical_luminance(const struct film *film) {
     double sum = 0, bounded = 0, count = (double)film->width * (double)film->height;
     for (int y = 0; y < film->height; y++)
         for (int x = 0; x < film->width; x++) sum += (double)pixel_luminance(film, x, y);
@@ -43,16 +45,17 @@ void path_expect(struct path_tracer *tracer) {
     const struct film *film = tracer->film;
     size_t passes = film->pass_count;
     if (passes < PASSES_BEFORE || (passes & (passes - 1))) return; // at powers of two only
-    tracer->typical = typical_luminance(film);
+    tracer->typical = path_typical_luminance(film);
     for (int y = 0; y < film->height; y++)
         for (int x = 0; x < film->width; x++)
             tracer->expected[(size_t)y * (size_t)film->width + (size_t)x] =
-                maxf(around(film, x, y, most * tracer->typical), least * tracer->typical);
+                path_expected_luminance(film, x, y, tracer->typical);
 }
 
-float path_survival(const struct path_tracer *tracer, const struct path *path) {
+float path_survival(const struct path_tracer *tracer, const struct path *path, float incoming) {
     float weight = rgb_max(path->beta) * sqrf(path->eta);
     bool late = path->depth >= tracer->scene->rr_depth;
-    if (path->expected > 0) weight = maxf(weight * met * tracer->typical / path->expected, least_survival);
+    const float meets = incoming > 0 ? guided_met * maxf(incoming, least_met * tracer->typical) : met * tracer->typical;
+    if (path->expected > 0) weight = maxf(weight * meets / path->expected, least_survival);
     return path->expected > 0 || late ? minf(weight, late ? 0.95f : 1) : 1;
 }

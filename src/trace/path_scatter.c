@@ -4,8 +4,8 @@
 // path_roulette.c has the probability.
 #include "trace/path_state.h"
 
-static bool path_play_roulette(const struct path_tracer *tracer, struct path *path) {
-    float survival = path_survival(tracer, path);
+static bool path_play_roulette(const struct path_tracer *tracer, struct path *path, float incoming) {
+    float survival = path_survival(tracer, path, incoming);
     if (survival >= 1) return true;
     struct sampler sampler = path_sampler(path, PATH_DIMENSION_ROULETTE);
     if (sampler_1d(&sampler) >= survival) return false;
@@ -15,13 +15,10 @@ static bool path_play_roulette(const struct path_tracer *tracer, struct path *pa
 
 static bool path_bounce(const struct path_tracer *tracer, struct path_worker *worker, struct path *path,
                         vec3 *direction) {
-    struct sampler sampler = path_sampler(path, PATH_DIMENSION_BSDF);
-    vec2 u = sampler_2d(&sampler);
     struct bsdf_sample sample;
-    vec3 wi = vec3_neg(path->ray.direction);
-    if (!surface_sample_bsdf(&path->surface, wi, (vec3){u.x, u.y, sampler_1d(&sampler)}, TRANSPORT_RADIANCE, &sample))
-        return false;
-    path->beta = rgb_mul(path->beta, rgb_mul(sample.weight, path->fork.weight));
+    float incoming;
+    if (!path_scatter_sample(tracer, path, &sample, &incoming)) return false;
+    path->beta = rgb_mul(path->beta, sample.weight);
     if (!rgb_is_finite(path->beta)) {
         worker->dropped++;
         return false;
@@ -33,7 +30,9 @@ static bool path_bounce(const struct path_tracer *tracer, struct path_worker *wo
     if (path->depth == 0) path->may_be_caustic = !sample.delta && path->vertex.live < 0;
     path->depth++;
     *direction = sample.wo;
-    return !rgb_is_black(path->beta) && path_play_roulette(tracer, path);
+    if (rgb_is_black(path->beta) || !path_play_roulette(tracer, path, incoming)) return false;
+    path_record_scatter(tracer, path, &sample);
+    return true;
 }
 
 void path_scatter(const struct path_tracer *tracer, struct path_worker *worker) {

@@ -54,6 +54,9 @@ void path_arrive(const struct path_tracer *tracer, struct path_worker *worker) {
             shadow->contribution = rgb_mul(shadow->contribution, factor);
         }
     }
-    for (size_t i = 0; i < count; i++)
-        path_add(worker, &worker->paths[worker->shadows[i].path], worker->shadows[i].contribution);
+    for (size_t i = 0; i < count; i++) {
+        const struct shadow *shadow = &worker->shadows[i];
+        if (shadow->sharp) path_record_lamp(&worker->paths[shadow->path], shadow->contribution, shadow->ray.t_max);
+        path_add(worker, &worker->paths[shadow->path], shadow->contribution);
+    }
 }

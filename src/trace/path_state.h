@@ -7,6 +7,7 @@
 #include "math/sampler.h"
 #include "trace/caustic.h"
 #include "trace/fork.h"
+#include "trace/guide.h"
 #include "trace/light_select.h"
 #include "trace/luminaire_crossing.h"
 #include "trace/path.h"
@@ -20,7 +21,7 @@ enum path_dimension {
     PATH_DIMENSION_LENS = 1,
     PATH_DIMENSION_EDGE = 2,
     PATH_DIMENSION_FORK = 0, // from here: within an edge
-    PATH_DIMENSION_BSDF = 1, // two, the second scalar
+    PATH_DIMENSION_BSDF = 1, // two: a direction; the lobe and the choice between the BSDF and the guide
     PATH_DIMENSION_LIGHT = 3,
     PATH_DIMENSION_LIGHT_CHOICE = 4,
     PATH_DIMENSION_LIGHT_THIRD = 5,
@@ -29,6 +30,19 @@ enum path_dimension {
 };
 
 enum path_status { PATH_DONE, PATH_MISSES, PATH_PASSES, PATH_SCATTERS };
+
+// Where a path gets light from, as the surface sees it that scattered it first: along the direction of `chain`,
+// unfolded where mirrors and narrow lobes bend it. See path_record.c.
+enum record_state { RECORD_NONE, RECORD_LEAVES, RECORD_OPEN, RECORD_CLOSED };
+struct path_record {
+    enum record_state state;
+    bool bent;
+    struct ray chain;
+    float distance; // to the end of the chain
+    vec3 n; // there
+    float before, beta; // luminance of the path's radiance and weight when the chain began
+    float lamp, lamp_distance; // light met on the chain itself
+};
 
 struct path {
     struct ray ray;
@@ -47,6 +61,7 @@ struct path {
     bool may_be_caustic; // the first vertex is in the class of caustic.h
     bool passed; // went on through a surface since `vertex`
     bool has_from;
+    struct path_record record;
     struct fork fork; // at `surface`
     struct surface from; // where the ray starts; only with has_from
     struct surface surface; // where it ends, unless PATH_MISSES
@@ -56,6 +71,7 @@ struct shadow { // a light sample on its way to be tested
     uint32_t path, luminaire; // luminaire: of the sample, or UINT32_MAX
     struct ray ray;
     rgb contribution;
+    bool sharp; // the surface scatters it like a mirror
 };
 
 struct path_worker {
@@ -77,6 +93,7 @@ struct path_tracer {
     const struct scene *scene;
     struct light_select *lights;
     struct caustic *caustic; // or NULL
+    struct path_guide *guide;
     struct residual *residual; // or NULL: baked lamps are as their models say
     enum path_strategy strategy;
     bool hidden; // scene_has_hidden_geometry
@@ -120,7 +137,38 @@ void path_scatter(const struct path_tracer *tracer, struct path_worker *worker);
 
 // Russian roulette by what earlier passes found.
 void path_expect(struct path_tracer *tracer); // before a pass
-float path_survival(const struct path_tracer *tracer, const struct path *path); // after a bounce
+// After a bounce; incoming: the radiance that is expected from there, 0: not known.
+float path_survival(const struct path_tracer *tracer, const struct path *path, float incoming);
+
+// The mean of the film's luminance in which single bright pixels (a lamp that is looked at) take little; and around a
+// pixel, at least a small part of it, with single bright pixels bounded.
+float path_typical_luminance(const struct film *film);
+float path_expected_luminance(const struct film *film, int x, int y, float typical);
+
+// Guided scattering, see path_guide.c.
+struct path_guide;
+enum status path_guide_create(struct path_guide **guide, const struct scene *scene, struct error *error);
+void path_guide_destroy(struct path_guide *guide); // NULL is allowed
+void path_guide_learn(struct path_tracer *tracer); // before a pass
+// A direction from the BSDF or the guide; the weight is whole, the fork's included; pdf: of the BSDF alone. *incoming:
+// the radiance that the guide expects from there, 0: not known.
+bool path_scatter_sample(const struct path_tracer *tracer, const struct path *path, struct bsdf_sample *sample,
+                         float *incoming);
+// Lobes that are narrower than any broad one scatter like a mirror.
+static inline bool path_pdf_is_sharp(float pdf_bsdf) { return pdf_bsdf > 0.6f; }
+
+// What the guide learns from.
+enum record_part { RECORD_SURFACE, RECORD_LAMP, RECORD_BEYOND, RECORD_PARTS };
+bool path_guide_listens(const struct path_tracer *tracer, const struct path *path);
+struct path_report { // of one path
+    struct guide_record parts[RECORD_PARTS]; // radiance < 0: none
+    float whole; // luminance; < 0: nothing is reported
+};
+struct path_report *path_guide_report(const struct path_tracer *tracer, const struct path *path); // of the path's pixel
+void path_record_scatter(const struct path_tracer *tracer, struct path *path, const struct bsdf_sample *sample);
+void path_record_hit(struct path *path); // a surface, after its own emission was met
+void path_record_lamp(struct path *path, rgb contribution, float distance); // from the last surface
+void path_record_end(const struct path_tracer *tracer, const struct path *path);
 
 // beta * f |cos| for light from `direction`, and the density with which scattering gives it.
 rgb path_response(const struct path *path, vec3 direction, float *pdf_bsdf);
