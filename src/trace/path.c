@@ -42,7 +42,7 @@ static void worker_fini(struct path_worker *worker) {
 static enum status worker_init(struct path_worker *worker, const struct scene *scene, struct error *error) {
     worker->paths = calloc(PATH_BLOCK, sizeof *worker->paths);
     worker->active = calloc(PATH_BLOCK, sizeof *worker->active);
-    worker->shadows = calloc(PATH_BLOCK, sizeof *worker->shadows);
+    worker->shadows = calloc(2 * PATH_BLOCK, sizeof *worker->shadows);
     worker->requests = calloc(PATH_BLOCK, sizeof *worker->requests);
     worker->points = calloc(PATH_BLOCK, sizeof *worker->points);
     worker->numbers = calloc(PATH_BLOCK, sizeof *worker->numbers);
@@ -66,6 +66,7 @@ static void tracer_destroy(void *state) {
     free(tracer->workers);
     free(tracer->expected);
     path_guide_destroy(tracer->guide);
+    mirrors_fini(&tracer->mirrors);
     light_select_destroy(tracer->lights);
     caustic_destroy(tracer->caustic);
     residual_destroy(tracer->residual);
@@ -94,6 +95,8 @@ enum status path_create(const struct scene *scene, const struct run *run, enum p
     if (status == STATUS_OK && scene->unbiased) status = residual_create(&tracer->residual, scene, error);
     if (status == STATUS_OK && strategy == PATH_MIS)
         status = caustic_create(&tracer->caustic, scene, tracer->residual, run, error);
+    if (status == STATUS_OK && tracer->caustic && !tracer->residual)
+        status = mirrors_find(&tracer->mirrors, scene, error);
     for (int i = 0; status == STATUS_OK && i < count; i++) status = worker_init(&tracer->workers[i], scene, error);
     if (status == STATUS_OK)
         *state = tracer;

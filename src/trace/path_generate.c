@@ -30,6 +30,9 @@ void path_generate(const struct path_tracer *tracer, struct path_worker *worker,
             path->may_be_caustic = false;
             path->passed = false;
             path->has_from = false;
+            path->dimmed = false;
+            path->samples_mirrors = false;
+            path->mirror_pdf = 0;
             path->record.state = RECORD_NONE;
             worker->active[count] = count;
         }

@@ -12,7 +12,7 @@ static bool stops_inside(const struct path *path, int luminaire) {
 }
 
 static void path_find_crossings(const struct path_tracer *tracer, struct path_worker *worker, uint32_t index) {
-    const struct path *path = &worker->paths[index];
+    struct path *path = &worker->paths[index];
     for (size_t i = 0; i < tracer->scene->luminaire_count; i++) {
         const struct luminaire_instance *instance = &tracer->scene->luminaires[i];
         if ((int)i == path->vertex.kept || (path->look && instance->appearance != APPEARANCE_NEURAL)) continue;
@@ -22,11 +22,12 @@ static void path_find_crossings(const struct path_tracer *tracer, struct path_wo
         float t_end = path->status == PATH_MISSES ? path->ray.t_max : path->surface.t;
         if (t_mid >= t_end && !stops) continue;
         struct crossing *crossing = crossing_add(&worker->crossings, index, (uint32_t)i, &path->ray, t_mid);
-        crossing->viewpoint = path->vertex.p;
+        crossing->viewpoint = path->mirror_pdf > 0 ? path->mirrored : path->vertex.p;
         crossing->looks = path->look;
         crossing->wants_radiance = !path_is_caustic(tracer, path);
         crossing->wants_transmittance = instance->keep != KEEP_ALL && !stops;
-        crossing->wants_pdf = path->pdf > 0 && tracer->strategy != PATH_BSDF_ONLY;
+        crossing->wants_pdf = path->mirror_pdf > 0 || (path->pdf > 0 && tracer->strategy != PATH_BSDF_ONLY);
+        path->dimmed |= crossing->wants_transmittance;
     }
 }
 

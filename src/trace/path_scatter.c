@@ -24,6 +24,7 @@ static bool path_bounce(const struct path_tracer *tracer, struct path_worker *wo
         return false;
     }
     path->eta *= sample.eta;
+    path_mirror_scatter(tracer, path, &sample);
     path->pdf = sample.delta ? 0 : sample.pdf;
     path->look = path->look && sample.delta;
     path->through = -1;

@@ -29,7 +29,7 @@ static void find_crossings(const struct path_tracer *tracer, struct path_worker 
         if (i == shadow->luminaire) {
             struct crossing *own =
                 crossing_add(&worker->crossings, index, (uint32_t)i, &shadow->ray, shadow->ray.t_max);
-            own->viewpoint = path->surface.p;
+            own->viewpoint = shadow->viewpoint;
             own->wants_radiance = true;
             continue;
         }

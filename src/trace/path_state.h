@@ -11,6 +11,7 @@
 #include "trace/light_select.h"
 #include "trace/luminaire_crossing.h"
 #include "trace/path.h"
+#include "trace/path_mirror.h"
 #include "trace/residual.h"
 
 enum { PATH_STAGES = 8, PATH_TILE = 32, PATH_BLOCK = PATH_TILE * PATH_TILE };
@@ -61,6 +62,10 @@ struct path {
     bool may_be_caustic; // the first vertex is in the class of caustic.h
     bool passed; // went on through a surface since `vertex`
     bool has_from;
+    bool dimmed; // by a lamp since `vertex`
+    bool samples_mirrors; // `from` has light samples by way of mirrors
+    float mirror_pdf; // [1/sr] of the direction at `from` that led to the mirror where the ray starts; 0: none
+    vec3 mirrored; // the image of `from` then
     struct path_record record;
     struct fork fork; // at `surface`
     struct surface from; // where the ray starts; only with has_from
@@ -71,6 +76,7 @@ struct shadow { // a light sample on its way to be tested
     uint32_t path, luminaire; // luminaire: of the sample, or UINT32_MAX
     struct ray ray;
     rgb contribution;
+    vec3 viewpoint; // the lamp is asked on the line from here
     bool sharp; // the surface scatters it like a mirror
 };
 
@@ -78,7 +84,7 @@ struct path_worker {
     struct path *paths; // PATH_BLOCK
     uint32_t *active; // indices of the paths that go on
     size_t active_count;
-    struct shadow *shadows; // PATH_BLOCK: at most one a path and edge
+    struct shadow *shadows; // 2 PATH_BLOCK: at most two a path and edge
     size_t shadow_count;
     struct crossing_batch crossings;
     struct luminaire_request *requests; // PATH_BLOCK, see path_light.c
@@ -94,6 +100,7 @@ struct path_tracer {
     struct light_select *lights;
     struct caustic *caustic; // or NULL
     struct path_guide *guide;
+    struct mirror_list mirrors;
     struct residual *residual; // or NULL: baked lamps are as their models say
     enum path_strategy strategy;
     bool hidden; // scene_has_hidden_geometry
@@ -144,6 +151,13 @@ float path_survival(const struct path_tracer *tracer, const struct path *path, f
 // pixel, at least a small part of it, with single bright pixels bounded.
 float path_typical_luminance(const struct film *film);
 float path_expected_luminance(const struct film *film, int x, int y, float typical);
+
+// Lamps in plane mirrors, see path_mirror.h.
+enum { MIRROR_DIMENSIONS = 1 << 16 }; // their random numbers come after all others
+bool path_samples_mirrors(const struct path_tracer *tracer, const struct path *path); // where it stands
+void path_light_mirrors(const struct path_tracer *tracer, struct path_worker *worker); // adds shadow rays
+void path_mirror_scatter(const struct path_tracer *tracer, struct path *path, const struct bsdf_sample *sample);
+float path_mirror_weight(const struct path_tracer *tracer, const struct path *path, const struct crossing *crossing);
 
 // Guided scattering, see path_guide.c.
 struct path_guide;
@@ -211,6 +225,7 @@ static inline float path_hit_weight(const struct path_tracer *tracer, const stru
 // The same for a crossing that has been answered.
 static inline float path_crossing_weight(const struct path_tracer *tracer, const struct path *path,
                                          const struct crossing *crossing) {
+    if (path->mirror_pdf > 0) return path_mirror_weight(tracer, path, crossing);
     float pdf_light = 0;
     if (crossing->wants_pdf)
         pdf_light = crossing->pdf_sa * light_select_pmf_luminaire(tracer->lights, &path->vertex, crossing->luminaire);

@@ -1,4 +1,5 @@
-// Caustics of baked lamps by particles against the same paths found by path tracing alone. This program has its own
+// Caustics of baked lamps by particles and by light samples in mirrors against the same paths found by path tracing
+// alone. This program has its own
 // luminaire, a smooth ball of light that is large enough for both, in place of a baked one. The path tracers run side
 // by side on the same random numbers, so that all that is no caustic cancels and the mean difference of every block is
 // tested against its own noise over the passes.
