@@ -1,5 +1,5 @@
 // Which shapes are plane mirrors: flat meshes whose BSDF is one delta reflection and whose normals are not bent.
-#include "trace/path_mirror.h"
+#include "trace/mirror_list.h"
 
 #include <stdlib.h>
 

@@ -43,11 +43,11 @@ static enum status worker_init(struct path_worker *worker, const struct scene *s
     worker->paths = calloc(PATH_BLOCK, sizeof *worker->paths);
     worker->active = calloc(PATH_BLOCK, sizeof *worker->active);
     worker->shadows = calloc(2 * PATH_BLOCK, sizeof *worker->shadows);
-    worker->requests = calloc(PATH_BLOCK, sizeof *worker->requests);
-    worker->points = calloc(PATH_BLOCK, sizeof *worker->points);
-    worker->numbers = calloc(PATH_BLOCK, sizeof *worker->numbers);
-    worker->directions = calloc(PATH_BLOCK, sizeof *worker->directions);
-    worker->pdfs = calloc(PATH_BLOCK, sizeof *worker->pdfs);
+    worker->requests = calloc(2 * PATH_BLOCK, sizeof *worker->requests);
+    worker->points = calloc(2 * PATH_BLOCK, sizeof *worker->points);
+    worker->numbers = calloc(2 * PATH_BLOCK, sizeof *worker->numbers);
+    worker->directions = calloc(2 * PATH_BLOCK, sizeof *worker->directions);
+    worker->pdfs = calloc(2 * PATH_BLOCK, sizeof *worker->pdfs);
     enum status status = crossing_batch_init(&worker->crossings, scene, 2 * PATH_BLOCK, error);
     if (status != STATUS_OK) return status;
     size_t crossings = scene->unbiased ? worker->crossings.capacity : 0;

@@ -45,15 +45,32 @@ static void sample_emitter(const struct path_tracer *tracer, struct path_worker 
                pdf_bsdf);
 }
 
+static void sample_direct(const struct path_tracer *tracer, struct path_worker *worker,
+                          const struct luminaire_request *request, vec3 direction, float pdf_light) {
+    const struct path *path = &worker->paths[request->path];
+    float pdf_bsdf, t_mid;
+    rgb response = path_response(path, direction, &pdf_bsdf);
+    if (rgb_is_black(response)) return;
+    float weight = path_light_weight(tracer, pdf_light, pdf_bsdf, false);
+    if (weight == 0) return;
+    struct ray line = {path->surface.p, direction, 0, INFINITY};
+    if (!crossing_find(&tracer->scene->luminaires[request->luminaire], &line, &t_mid)) return;
+    struct ray ray = surface_spawn_ray(&path->surface, direction);
+    ray.t_max = t_mid;
+    response = rgb_mul(response, segment_absorption(&path->surface, NULL, direction, t_mid));
+    shadow_add(worker, request->path, request->luminaire, &ray, rgb_scale(response, weight / pdf_light), pdf_bsdf);
+}
+
 // The samples of one lamp: draw directions, leave the shadow rays where the surface responds.
 static void sample_luminaire(const struct path_tracer *tracer, struct path_worker *worker, uint32_t luminaire,
                              const struct luminaire_request *requests, size_t count) {
     const struct luminaire_instance *instance = &tracer->scene->luminaires[luminaire];
     for (size_t i = 0; i < count; i++) {
         const struct path *path = &worker->paths[requests[i].path];
-        vec3 s = luminaire_local_point(instance, path->surface.p);
-        struct sampler sampler = path_sampler(path, PATH_DIMENSION_LIGHT),
-                       third = path_sampler(path, PATH_DIMENSION_LIGHT_THIRD);
+        const struct mirror *mirror = requests[i].mirror;
+        vec3 s = luminaire_local_point(instance, mirror ? mirror_image(mirror, path->surface.p) : path->surface.p);
+        struct sampler sampler = path_sampler(path, mirror ? PATH_DIMENSION_MIRROR + 1 : PATH_DIMENSION_LIGHT),
+                       third = path_sampler(path, mirror ? PATH_DIMENSION_MIRROR + 2 : PATH_DIMENSION_LIGHT_THIRD);
         vec2 u = sampler_2d(&sampler);
         worker->points[i][0] = s.x;
         worker->points[i][1] = s.y;
@@ -69,44 +86,44 @@ static void sample_luminaire(const struct path_tracer *tracer, struct path_worke
         return;
     }
     for (size_t i = 0; i < count; i++) {
-        const struct path *path = &worker->paths[requests[i].path];
-        const float *local = worker->directions[i];
+        const float *local = worker->directions[i], pdf_light = worker->pdfs[i] * requests[i].pmf;
         vec3 direction = luminaire_world_direction(instance, (vec3){local[0], local[1], local[2]});
-        float pdf_bsdf, t_mid, pdf_light = worker->pdfs[i] * requests[i].pmf;
         if (!(pdf_light > 0)) continue;
-        rgb response = path_response(path, direction, &pdf_bsdf);
-        if (rgb_is_black(response)) continue;
-        float weight = path_light_weight(tracer, pdf_light, pdf_bsdf, false);
-        if (weight == 0) continue;
-        struct ray line = {path->surface.p, direction, 0, INFINITY};
-        if (!crossing_find(instance, &line, &t_mid)) continue;
-        struct ray ray = surface_spawn_ray(&path->surface, direction);
-        ray.t_max = t_mid;
-        response = rgb_mul(response, segment_absorption(&path->surface, NULL, direction, t_mid));
-        shadow_add(worker, requests[i].path, luminaire, &ray, rgb_scale(response, weight / pdf_light), pdf_bsdf);
+        if (requests[i].mirror)
+            path_mirror_sample(tracer, worker, &requests[i], direction, pdf_light);
+        else
+            sample_direct(tracer, worker, &requests[i], direction, pdf_light);
     }
 }
 
+// A light of the room: samples an emitter at once, leaves a request for a lamp.
+static void choose_light(const struct path_tracer *tracer, struct path_worker *worker, uint32_t index) {
+    const struct path *path = &worker->paths[index];
+    struct sampler sampler = path_sampler(path, PATH_DIMENSION_LIGHT_CHOICE);
+    struct light_choice choice;
+    if (!light_select_sample(tracer->lights, &path->vertex, sampler_1d(&sampler), &choice)) return;
+    if (choice.emitter)
+        sample_emitter(tracer, worker, index, &choice);
+    else if (tracer->strategy != PATH_BSDF_ONLY)
+        worker->requests[worker->request_count++] =
+            (struct luminaire_request){index, choice.luminaire, NULL, choice.pmf};
+}
+
 void path_light(const struct path_tracer *tracer, struct path_worker *worker) {
-    worker->shadow_count = 0;
-    size_t request_count = 0;
+    worker->shadow_count = worker->request_count = 0;
     for (size_t i = 0; i < worker->active_count; i++) {
-        uint32_t index = worker->active[i];
-        struct path *path = &worker->paths[index];
+        const uint32_t index = worker->active[i];
+        const struct path *path = &worker->paths[index];
         if (path->status != PATH_SCATTERS || !(surface_bsdf_flags(&path->surface) & BSDF_SMOOTH)) continue;
-        struct sampler sampler = path_sampler(path, PATH_DIMENSION_LIGHT_CHOICE);
-        struct light_choice choice;
-        if (!light_select_sample(tracer->lights, &path->vertex, sampler_1d(&sampler), &choice)) continue;
-        if (choice.emitter)
-            sample_emitter(tracer, worker, index, &choice);
-        else if (tracer->strategy != PATH_BSDF_ONLY)
-            worker->requests[request_count++] = (struct luminaire_request){index, choice.luminaire, choice.pmf};
+        choose_light(tracer, worker, index);
+        if (path_samples_mirrors(tracer, path))
+            worker->requests[worker->request_count++] = path_mirror_request(tracer, path, index);
     }
     // Requests of one lamp to the front, lamp after lamp: lamps are few.
-    for (size_t first = 0, n; first < request_count; first += n) {
+    for (size_t first = 0, n; first < worker->request_count; first += n) {
         uint32_t luminaire = worker->requests[first].luminaire;
         n = 1;
-        for (size_t i = first + 1; i < request_count; i++) {
+        for (size_t i = first + 1; i < worker->request_count; i++) {
             if (worker->requests[i].luminaire != luminaire) continue;
             struct luminaire_request request = worker->requests[i];
             worker->requests[i] = worker->requests[first + n];
@@ -114,5 +131,4 @@ void path_light(const struct path_tracer *tracer, struct path_worker *worker) {
         }
         sample_luminaire(tracer, worker, luminaire, worker->requests + first, n);
     }
-    path_light_mirrors(tracer, worker);
 }

@@ -11,7 +11,7 @@
 #include "trace/light_select.h"
 #include "trace/luminaire_crossing.h"
 #include "trace/path.h"
-#include "trace/path_mirror.h"
+#include "trace/mirror_list.h"
 #include "trace/residual.h"
 
 enum { PATH_STAGES = 8, PATH_TILE = 32, PATH_BLOCK = PATH_TILE * PATH_TILE };
@@ -27,7 +27,8 @@ enum path_dimension {
     PATH_DIMENSION_LIGHT_CHOICE = 4,
     PATH_DIMENSION_LIGHT_THIRD = 5,
     PATH_DIMENSION_ROULETTE = 6,
-    PATH_DIMENSIONS_PER_EDGE = 7
+    PATH_DIMENSIONS_PER_EDGE = 7,
+    PATH_DIMENSION_MIRROR = 1 << 16 // beyond all others: three, the choice and the light sample
 };
 
 enum path_status { PATH_DONE, PATH_MISSES, PATH_PASSES, PATH_SCATTERS };
@@ -87,8 +88,9 @@ struct path_worker {
     struct shadow *shadows; // 2 PATH_BLOCK: at most two a path and edge
     size_t shadow_count;
     struct crossing_batch crossings;
-    struct luminaire_request *requests; // PATH_BLOCK, see path_light.c
-    float (*points)[3], (*numbers)[3], (*directions)[3], *pdfs; // PATH_BLOCK
+    struct luminaire_request *requests; // 2 PATH_BLOCK, see path_light.c
+    size_t request_count;
+    float (*points)[3], (*numbers)[3], (*directions)[3], *pdfs; // 2 PATH_BLOCK
     struct line_walk *walks; // of the crossings; this and `responses` only with tracer->residual
     rgb *responses; // to the light samples among the crossings
     double stage_s[PATH_STAGES]; // spent in each of path_stages, for bench/transport.c
@@ -117,8 +119,9 @@ struct path_tracer {
     float *expected, typical; // by path_roulette.c: for every pixel, and of the whole picture
 };
 
-struct luminaire_request {
+struct luminaire_request { // for a light sample
     uint32_t path, luminaire;
+    const struct mirror *mirror; // in which the lamp is seen, or NULL
     float pmf;
 };
 
@@ -152,10 +155,12 @@ float path_survival(const struct path_tracer *tracer, const struct path *path, f
 float path_typical_luminance(const struct film *film);
 float path_expected_luminance(const struct film *film, int x, int y, float typical);
 
-// Lamps in plane mirrors, see path_mirror.h.
-enum { MIRROR_DIMENSIONS = 1 << 16 }; // their random numbers come after all others
+// Lamps in plane mirrors, see mirror_list.h.
 bool path_samples_mirrors(const struct path_tracer *tracer, const struct path *path); // where it stands
-void path_light_mirrors(const struct path_tracer *tracer, struct path_worker *worker); // adds shadow rays
+struct luminaire_request path_mirror_request(const struct path_tracer *tracer, const struct path *path, uint32_t index);
+// The light sample for a request, from the direction that was drawn at the mirror image of where the path stands.
+void path_mirror_sample(const struct path_tracer *tracer, struct path_worker *worker,
+                        const struct luminaire_request *request, vec3 direction, float pdf_light);
 void path_mirror_scatter(const struct path_tracer *tracer, struct path *path, const struct bsdf_sample *sample);
 float path_mirror_weight(const struct path_tracer *tracer, const struct path *path, const struct crossing *crossing);
 
