@@ -28,7 +28,7 @@ struct path_guide {
     struct moments scattered, direct; // of the light in the paths heard of, relative to their pixels
     size_t heard;
     float share; // guided, of the paths at a broadly scattering surface
-    float *guided; // for every shape: the share of its paths that the guide may direct
+    float *guided; // for every shape of the scene (parts of hulls: none): the share of its paths that it may direct
 };
 
 // Less for deltas and narrow lobes, which the guide would miss; none for what transmits, whose other side it does not
@@ -80,9 +80,13 @@ void path_guide_destroy(struct path_guide *guide) {
 }
 
 // --- Lessons ---
+static float guided_at(const struct path_guide *guide, const struct surface *surface) {
+    return surface->shape->hull ? 0 : guide->guided[surface->shape->index];
+}
+
 bool path_guide_listens(const struct path_tracer *tracer, const struct path *path) {
     const struct path_guide *guide = tracer->guide;
-    return guide->guided[path->surface.shape->index] > 0 && path->pixel % guide->stride == guide->phase;
+    return path->pixel % guide->stride == guide->phase && guided_at(guide, &path->surface) > 0;
 }
 
 struct path_report *path_guide_report(const struct path_tracer *tracer, const struct path *path) {
@@ -168,7 +172,7 @@ bool path_scatter_sample(const struct path_tracer *tracer, const struct path *pa
     const float u_third = sampler_float_from_bits((uint32_t)(more >> 32));
     const float u_guide = sampler_float_from_bits((uint32_t)more);
     const struct guide *guide = &tracer->guide->guide;
-    const float share = tracer->guide->share * tracer->guide->guided[path->surface.shape->index];
+    const float share = tracer->guide->share * guided_at(tracer->guide, &path->surface);
     const vec3 wi = vec3_neg(path->ray.direction), ng = path->surface.ng;
     struct guide_view view;
     *incoming = 0;
