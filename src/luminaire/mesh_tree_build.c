@@ -48,8 +48,10 @@ static float half_area(const struct box *box) {
     return x * y + y * z + z * x;
 }
 
+static size_t blocks_of(size_t count) { return (count + LANES - 1) / LANES; }
+
 static float cost_of(const struct box *box, size_t count) {
-    return count ? half_area(box) * (float)((count + LANES - 1) / LANES) : 0;
+    return count ? half_area(box) * (float)blocks_of(count) : 0;
 }
 
 struct split {
@@ -117,11 +119,9 @@ static size_t divide(const struct builder *b, const struct range *range, bool by
     return front;
 }
 
-static size_t leaf_blocks(size_t count) { return (count + LANES - 1) / LANES; }
-
 static uint32_t build_leaf(struct builder *b, const struct range *range) {
     const uint32_t first = b->block_count;
-    for (size_t k = 0; k < leaf_blocks(range->count); k++) {
+    for (size_t k = 0; k < blocks_of(range->count); k++) {
         struct mesh_block *block = &b->tree->blocks[b->block_count++];
         for (size_t l = 0; l < LANES; l++) {
             const size_t i = k * LANES + l;
@@ -158,7 +158,7 @@ static void build_node(struct builder *b, uint32_t at, struct range whole, int l
             node->bounds[1][a][i] = used ? ranges[i].box.upper[a] + b->margin : -INFINITY;
         }
         if (!used) continue;
-        if (leaf_blocks(ranges[i].count) <= MOST_BLOCKS) {
+        if (blocks_of(ranges[i].count) <= MOST_BLOCKS) {
             node->child[i] = build_leaf(b, &ranges[i]);
             continue;
         }

@@ -110,7 +110,8 @@ static double variance(const struct moments *moments, size_t count) {
     return fmax(moments->squares / (double)count - mean * mean, 0);
 }
 
-static void keep_fresh(struct path_tracer *tracer, struct path_guide *guide, float typical) {
+static void keep_fresh(struct path_tracer *tracer, struct path_guide *guide) {
+    const float typical = tracer->typical > 0 ? tracer->typical : path_typical_luminance(tracer->film);
     const size_t pixels = (size_t)tracer->film->width * (size_t)tracer->film->height;
     for (size_t pixel = guide->phase; pixel < pixels; pixel += guide->stride) {
         const struct path_report *report = &guide->fresh[pixel / guide->stride];
@@ -142,8 +143,7 @@ void path_guide_learn(struct path_tracer *tracer) {
     struct path_guide *guide = tracer->guide;
     const struct film *film = tracer->film;
     const size_t pixels = (size_t)film->width * (size_t)film->height;
-    const float typical = path_typical_luminance(film);
-    if (film->pass_count && guide->stride) keep_fresh(tracer, guide, typical);
+    if (film->pass_count && guide->stride) keep_fresh(tracer, guide);
     guide->stride = (pixels + REPORTS_A_PASS - 1) / REPORTS_A_PASS;
     if (guide->stride < LEAST_STRIDE) guide->stride = LEAST_STRIDE;
     guide->phase = (size_t)tracer->pass % guide->stride;

@@ -6,8 +6,7 @@
 #include "trace/path_state.h"
 
 static struct guide_record record_at(const struct path_record *record, float distance, vec3 n, float gain) {
-    return (struct guide_record){vec3_mad(record->chain.direction, distance, record->chain.origin), n,
-                                 gain / record->beta, gain};
+    return (struct guide_record){vec3_mad(record->direction, distance, record->origin), n, gain / record->beta, gain};
 }
 
 static void report_part(struct path_report *report, const struct path *path, enum record_part part) {
@@ -15,7 +14,7 @@ static void report_part(struct path_report *report, const struct path *path, enu
     const bool lamp = part == RECORD_LAMP;
     const float gain = lamp ? record->lamp : rgb_luminance(path->radiance) - record->before - record->lamp;
     report->parts[part] = record_at(record, lamp ? record->lamp_distance : record->distance,
-                                    lamp ? vec3_neg(record->chain.direction) : record->n, maxf(gain, 0));
+                                    lamp ? vec3_neg(record->direction) : record->n, maxf(gain, 0));
 }
 
 void path_record_scatter(const struct path_tracer *tracer, struct path *path, const struct bsdf_sample *sample) {
@@ -29,7 +28,7 @@ void path_record_scatter(const struct path_tracer *tracer, struct path *path, co
     }
     if (record->state != RECORD_NONE || sample->delta || !path_guide_listens(tracer, path)) return;
     *record = (struct path_record){
-        .state = RECORD_LEAVES, .chain = {path->surface.p, sample->wo, 0, INFINITY}, .beta = rgb_luminance(path->beta)};
+        .state = RECORD_LEAVES, .origin = path->surface.p, .direction = sample->wo, .beta = rgb_luminance(path->beta)};
     if (!(record->beta > 0)) record->state = RECORD_NONE;
     for (int part = 0; part < RECORD_PARTS; part++) path_guide_report(tracer, path)->parts[part].radiance = -1;
 }
@@ -41,7 +40,7 @@ void path_record_hit(struct path *path) {
     if (path->status != PATH_SCATTERS) return;
     const vec3 ng = path->surface.ng;
     record->n = vec3_dot(ng, path->ray.direction) > 0 ? vec3_neg(ng) : ng;
-    if (record->bent) record->n = vec3_neg(record->chain.direction);
+    if (record->bent) record->n = vec3_neg(record->direction);
     if (record->state == RECORD_OPEN) return;
     record->state = RECORD_OPEN;
     record->before = rgb_luminance(path->radiance);

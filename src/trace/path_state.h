@@ -33,13 +33,13 @@ enum path_dimension {
 
 enum path_status { PATH_DONE, PATH_MISSES, PATH_PASSES, PATH_SCATTERS };
 
-// Where a path gets light from, as the surface sees it that scattered it first: along the direction of `chain`,
+// Where a path gets light from, as the surface sees it that scattered it first: along one direction, the chain,
 // unfolded where mirrors and narrow lobes bend it. See path_record.c.
 enum record_state { RECORD_NONE, RECORD_LEAVES, RECORD_OPEN, RECORD_CLOSED };
 struct path_record {
     enum record_state state;
     bool bent;
-    struct ray chain;
+    vec3 origin, direction; // of the chain
     float distance; // to the end of the chain
     vec3 n; // there
     float before, beta; // luminance of the path's radiance and weight when the chain began
