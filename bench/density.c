@@ -13,8 +13,6 @@
 enum { POINTS = 256, SAMPLES = 4096 };
 static float s[SAMPLES][3], u[SAMPLES][3], direction[SAMPLES][3], w[SAMPLES][3], radiance[SAMPLES][3], pdf[SAMPLES];
 
-static void set(float to[3], vec3 v) { to[0] = v.x, to[1] = v.y, to[2] = v.z; }
-
 static enum status rebuild(struct luminaire *luminaire, const char *path, size_t particles, struct error *error) {
     struct scene scene;
     struct run run = {.threads = 1, .seed = 1};
@@ -27,7 +25,7 @@ static enum status rebuild(struct luminaire *luminaire, const char *path, size_t
     status = survey_clusters(&survey, &lamp, error);
     if (!status) status = survey_exits(&survey, &lamp, STREAM_SURVEY, particles, &run, error);
     float anchors[SURVEY_CLUSTERS][3];
-    for (size_t i = 0; i < survey.cluster_count; i++) set(anchors[i], survey.clusters[i].center);
+    for (size_t i = 0; i < survey.cluster_count; i++) vec3_store(anchors[i], survey.clusters[i].center);
     if (!status) {
         sampling_density_destroy(luminaire->emissions[0].density);
         double start = clock_cpu_s();
@@ -43,7 +41,7 @@ static enum status rebuild(struct luminaire *luminaire, const char *path, size_t
 // Relative variance at one point, whose normal faces the centre.
 static double variance_at(const struct luminaire *luminaire, vec3 p, vec3 normal, struct sampler *sampler) {
     for (size_t i = 0; i < SAMPLES; i++) {
-        set(s[i], p);
+        vec3_store(s[i], p);
         for (int c = 0; c < 3; c++) u[i][c] = sampler_1d(sampler);
     }
     luminaire_sample(luminaire, SAMPLES, (const float(*)[3])s, (const float(*)[3])u, direction, pdf);

@@ -11,8 +11,6 @@
 enum { BATCH = 4096 };
 static float point[BATCH][3], w[BATCH][3], s[BATCH][3], u[BATCH][3], result[BATCH][3], pdf[BATCH];
 
-static void set(float to[3], vec3 v) { to[0] = v.x, to[1] = v.y, to[2] = v.z; }
-
 static void report(const char *name, size_t n, double start) {
     double seconds = clock_cpu_s() - start;
     printf("%-14s %8.3f M/s %8.1f ns\n", name, (double)n / seconds * 1e-6, seconds / (double)n * 1e9);
@@ -30,9 +28,9 @@ int main(int argc, char **argv) {
     for (size_t i = 0; i < BATCH; i++) {
         struct sampler sampler = sampler_make(1, 0, i);
         vec3 in = warp_uniform_sphere(sampler_2d(&sampler)), out = warp_uniform_sphere(sampler_2d(&sampler));
-        set(point[i], vec3_mad(in, 0.9f * radius * cbrtf(sampler_1d(&sampler)), middle));
-        set(w[i], out);
-        set(s[i], vec3_mad(in, radius * (1.1f + 5 * sampler_1d(&sampler)), middle));
+        vec3_store(point[i], vec3_mad(in, 0.9f * radius * cbrtf(sampler_1d(&sampler)), middle));
+        vec3_store(w[i], out);
+        vec3_store(s[i], vec3_mad(in, radius * (1.1f + 5 * sampler_1d(&sampler)), middle));
         for (int a = 0; a < 3; a++) u[i][a] = sampler_1d(&sampler);
     }
     double start = clock_cpu_s();

@@ -15,12 +15,6 @@ static const float straight_cos = 0.866f; // light turned by less than 30 degree
 
 static vec3 vec3_from(const float v[3]) { return (vec3){v[0], v[1], v[2]}; }
 
-static void store(float to[3], vec3 v) {
-    to[0] = v.x;
-    to[1] = v.y;
-    to[2] = v.z;
-}
-
 struct particle_job {
     const struct lamp *lamp;
     uint64_t stream;
@@ -47,9 +41,9 @@ static void trace_particle_block(void *user, size_t index, int worker) {
         float b = vec3_dot(p, exit.direction), c = vec3_dot(p, p) - sqrf(proxy->radius);
         float t = sqrtf(fmaxf(0, b * b - c)) - b;
         struct line_exit *slot = &job->exits[begin + count];
-        store(slot->point, vec3_mad(exit.direction, t, exit.point));
-        store(slot->w, exit.direction);
-        store(slot->flux, (vec3){exit.flux.r, exit.flux.g, exit.flux.b});
+        vec3_store(slot->point, vec3_mad(exit.direction, t, exit.point));
+        vec3_store(slot->w, exit.direction);
+        vec3_store(slot->flux, (vec3){exit.flux.r, exit.flux.g, exit.flux.b});
         if (job->origins) job->origins[begin + count] = exit.point;
         count++;
     }
@@ -112,8 +106,8 @@ struct line_job {
 
 static bool lamp_span(const struct lamp *lamp, vec3 point, vec3 w) {
     float origin[3], direction[3], t_near, t_far;
-    store(origin, point);
-    store(direction, w);
+    vec3_store(origin, point);
+    vec3_store(direction, w);
     return proxy_shape_span(&lamp->shape, origin, direction, &t_near, &t_far);
 }
 
@@ -127,7 +121,7 @@ static void trace_line(const struct lamp *lamp, struct line_sample *line, struct
     struct line_hit hit;
     trace_line_radiance(lamp->scene, &ray, sampler, lamp->aims, lamp->aim_count, MAX_DEPTH, &hit);
     rgb y = rgb_scale(hit.radiance, line->mass);
-    store(line->target, (vec3){y.r, y.g, y.b});
+    vec3_store(line->target, (vec3){y.r, y.g, y.b});
 }
 
 static void gather_line_block(void *user, size_t block, int worker) {
@@ -141,12 +135,12 @@ static void gather_line_block(void *user, size_t block, int worker) {
         struct line_sample *line = &job->lines[i];
         *line = (struct line_sample){0};
         if (!(density > 0) || !lamp_span(job->lamp, point, w)) {
-            store(line->point, vec3_from(job->lamp->proxy.center)); // any line of the lamp will do
-            store(line->w, (vec3){0, 0, 1});
+            vec3_store(line->point, vec3_from(job->lamp->proxy.center)); // any line of the lamp will do
+            vec3_store(line->w, (vec3){0, 0, 1});
             continue;
         }
-        store(line->point, point);
-        store(line->w, w);
+        vec3_store(line->point, point);
+        vec3_store(line->w, w);
         line->mass = 1 / density;
         if (job->trace) trace_line(job->lamp, line, &sampler);
     }
@@ -205,12 +199,12 @@ static void gather_transmittance_block(void *user, size_t block, int worker) {
             float rise = sqrtf(fmaxf(0, 1 - disk.x * disk.x - disk.y * disk.y));
             exit = vec3_mad(frame_world_from_local(&frame, (vec3){disk.x, disk.y, rise}), proxy->radius, center);
         } while (!lamp_span(job->lamp, exit, w));
-        store(line->point, exit);
-        store(line->w, w);
+        vec3_store(line->point, exit);
+        vec3_store(line->w, w);
         line->mass = !job->learner || transparency_learns(job->learner, line->point, line->w) ? 1.0f : 0.0f;
         if (!(line->mass > 0)) continue;
         rgb t = mean_transmittance(job, job->first + i, exit, w);
-        store(line->target, (vec3){t.r, t.g, t.b});
+        vec3_store(line->target, (vec3){t.r, t.g, t.b});
     }
 }
 

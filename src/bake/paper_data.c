@@ -22,17 +22,11 @@ struct data_job {
 
 static vec3 vec3_from(const float v[3]) { return (vec3){v[0], v[1], v[2]}; }
 
-static void store(float to[3], vec3 v) {
-    to[0] = v.x;
-    to[1] = v.y;
-    to[2] = v.z;
-}
-
 // The mean radiance that comes out along w, `exit` being where the line leaves the bounding sphere.
 static rgb mean_radiance(const struct lamp *lamp, vec3 exit, vec3 w, int traces, struct sampler *sampler) {
     float origin[3], direction[3], t_near, t_far;
-    store(origin, exit);
-    store(direction, w);
+    vec3_store(origin, exit);
+    vec3_store(direction, w);
     rgb sum = {0, 0, 0};
     if (!proxy_shape_span(&lamp->shape, origin, direction, &t_near, &t_far)) return sum;
     struct ray ray = {vec3_mad(w, 1e-3f * lamp->proxy.radius, exit), vec3_neg(w), 0, INFINITY};
@@ -55,15 +49,15 @@ static void gather_line_block(void *user, size_t block, int worker) {
         struct line_sample *line = &job->lines[i];
         *line = (struct line_sample){0};
         if (!(density > 0)) {
-            store(line->point, vec3_from(job->lamp->proxy.center)); // any line of the lamp will do
-            store(line->w, (vec3){0, 0, 1});
+            vec3_store(line->point, vec3_from(job->lamp->proxy.center)); // any line of the lamp will do
+            vec3_store(line->w, (vec3){0, 0, 1});
             continue;
         }
-        store(line->point, point);
-        store(line->w, w);
+        vec3_store(line->point, point);
+        vec3_store(line->w, w);
         line->mass = 1 / density;
         rgb y = rgb_scale(mean_radiance(job->lamp, point, w, job->traces, &sampler), line->mass);
-        store(line->target, (vec3){y.r, y.g, y.b});
+        vec3_store(line->target, (vec3){y.r, y.g, y.b});
     }
 }
 
@@ -89,7 +83,7 @@ static void gather_view(void *user, size_t index, int worker) {
     float u = sampler_1d(&sampler), v = sampler_1d(&sampler);
     float distance = u < inside_share ? cbrtf(v) : powf(farthest, v);
     vec3 s = vec3_mad(out, distance * proxy->radius, center), offset = vec3_sub(s, center);
-    store(view->s, s);
+    vec3_store(view->s, s);
     for (int pixel = 0; pixel < PAPER_PIXELS; pixel++) {
         rgb sum = {0, 0, 0};
         for (int k = 0; k < PAPER_PIXEL_TRACES; k++) {
@@ -104,7 +98,7 @@ static void gather_view(void *user, size_t index, int worker) {
             sum = rgb_add(sum, mean_radiance(job->lamp, exit, w, 1, &sampler));
         }
         sum = rgb_scale(sum, 1.0f / PAPER_PIXEL_TRACES);
-        store(view->radiance[pixel], (vec3){sum.r, sum.g, sum.b});
+        vec3_store(view->radiance[pixel], (vec3){sum.r, sum.g, sum.b});
     }
 }
 

@@ -39,18 +39,12 @@ struct view_counts { // of one chunk
     size_t lines, particles;
 };
 
-static void store(float to[3], vec3 v) {
-    to[0] = v.x;
-    to[1] = v.y;
-    to[2] = v.z;
-}
-
 static void describe(const struct view_training *training, const struct surface *surface, vec3 w,
                      struct view_sample *sample) {
     sample->at.part = training->map->part[surface->shape->index];
-    store(sample->at.point, surface->p);
-    store(sample->at.normal, surface->shading.n);
-    store(sample->at.w, w);
+    vec3_store(sample->at.point, surface->p);
+    vec3_store(sample->at.normal, surface->shading.n);
+    vec3_store(sample->at.w, w);
 }
 
 static bool draw_line(const struct view_training *training, size_t index, struct view_sample *sample) {
@@ -70,7 +64,7 @@ static bool draw_line(const struct view_training *training, size_t index, struct
     struct line_hit hit;
     trace_line_radiance(lamp->scene, &view.ray, &sampler, lamp->aims, lamp->aim_count, MAX_DEPTH, &hit);
     rgb light = rgb_scale(hit.radiance, view.weight);
-    store(sample->target, (vec3){light.r, light.g, light.b});
+    vec3_store(sample->target, (vec3){light.r, light.g, light.b});
     return rgb_is_finite(light);
 }
 
@@ -81,7 +75,7 @@ static bool draw_particle(const struct view_training *training, size_t index, st
     trace_particle_source(training->lamp->scene, training->map->glass, &sampler, MAX_DEPTH, &exit, &source);
     if (!exit.escaped || !source.surface.shape || !rgb_is_finite(source.flux)) return false;
     describe(training, &source.surface, source.direction, sample);
-    store(sample->target, (vec3){source.flux.r, source.flux.g, source.flux.b});
+    vec3_store(sample->target, (vec3){source.flux.r, source.flux.g, source.flux.b});
     return true;
 }
 
@@ -248,7 +242,7 @@ static enum status learn(struct view_result *result, struct view_training *train
         .part_count = (int)result->hull->part_count,
         .log2_entries = plan->log2_entries,
         .anchor_count = (int)lamp->aim_count};
-    for (size_t i = 0; i < lamp->aim_count; i++) store(options.anchors[i], lamp->aims[i].center);
+    for (size_t i = 0; i < lamp->aim_count; i++) vec3_store(options.anchors[i], lamp->aims[i].center);
     options.radiance_unit = (float)(flux / (double)LINE_MEASURE(lamp->proxy.radius) / fmax(share, least_share));
     enum status status = view_field_create(&result->field, &options, plan->chunks * VIEW_STEPS, lamp->seed, error);
     if (status) return status;

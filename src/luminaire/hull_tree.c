@@ -94,15 +94,9 @@ static void count_layer(void *user, uint32_t triangle) {
     layers->crossing->blocked = layers->crossing->blocked || kind == HULL_OPAQUE;
 }
 
-static void store(float to[3], vec3 v) {
-    to[0] = v.x;
-    to[1] = v.y;
-    to[2] = v.z;
-}
-
 static void block(struct hull_crossing *crossing) {
     crossing->answer = HULL_SOLVED;
-    store(crossing->transmittance, (vec3){0, 0, 0});
+    vec3_store(crossing->transmittance, (vec3){0, 0, 0});
 }
 
 void hull_tree_cross(const struct hull_tree *tree, vec3 origin, vec3 direction, float cos_limit,
@@ -127,8 +121,8 @@ void hull_tree_cross(const struct hull_tree *tree, vec3 origin, vec3 direction, 
         }
         if (part->kind == HULL_TRANSLUCENT) {
             crossing->answer = HULL_DIFFUSED;
-            store(crossing->point, origin);
-            store(crossing->normal, normal);
+            vec3_store(crossing->point, origin);
+            vec3_store(crossing->normal, normal);
             crossing->layers = 1;
             mesh_tree_visit(tree->mesh, origin, direction, tree->step, count_layer, &(struct layers){tree, crossing});
             return;

@@ -145,10 +145,7 @@ bool mesh_tree_span(const struct mesh_tree *tree, vec3 origin, vec3 direction, f
     *first = INFINITY;
     if (find_nearest(tree, &line, -INFINITY, first) == MESH_MISSED) return false;
     // The same from the other end, only as far as to the first.
-    const vec3 end = vec3_mad(direction, length, origin);
-    line.origin[0] = end.x;
-    line.origin[1] = end.y;
-    line.origin[2] = end.z;
+    vec3_store(line.origin, vec3_mad(direction, length, origin));
     for (int a = 0; a < 3; a++) line.inverse[a] = -line.inverse[a];
     float back = length - *first;
     find_nearest(tree, &line, -INFINITY, &back);

@@ -29,7 +29,7 @@ static struct sampling_view view_make(const struct paper *paper, const float s[3
 void paper_view_direction(const struct paper *paper, const float s[3], const float p[2], float direction[3]) {
     struct sampling_view view = view_make(paper, s);
     vec3 d = sampling_direction_from_image(&view, (vec2){p[0], p[1]});
-    direction[0] = d.x, direction[1] = d.y, direction[2] = d.z;
+    vec3_store(direction, d);
 }
 
 struct picture {
@@ -110,7 +110,7 @@ void paper_sample(const struct paper *paper, size_t n, const float (*s)[3], cons
             vec2 p = u[i][0] < uniform_share ? (vec2){u[i][1], u[i][2]} : picture_sample(&picture, u[i][1], u[i][2]);
             vec3 d = sampling_direction_from_image(&view, p);
             pdf_sa[i] = mixture_pdf(&view, &picture, d);
-            direction[i][0] = d.x, direction[i][1] = d.y, direction[i][2] = d.z;
+            vec3_store(direction[i], d);
         }
     }
 }

@@ -47,7 +47,7 @@ static void sample_lines(const struct caustic_job *job, const struct caustic_blo
         particle->beta = rgb_gray(1 / (pdf_area * (float)block->total));
         vec3 s = luminaire_local_point(instance, particle->surface.p);
         vec2 u = sampler_2d(&particle->sampler);
-        worker->points[i][0] = s.x, worker->points[i][1] = s.y, worker->points[i][2] = s.z;
+        vec3_store(worker->points[i], s);
         worker->numbers[i][0] = u.x, worker->numbers[i][1] = u.y;
         worker->numbers[i][2] = sampler_1d(&particle->sampler);
     }

@@ -36,12 +36,6 @@ bool hull_dims(const struct scene *scene, const struct ray *to_camera, int lumin
     return hull_look(scene, &look, luminaire, &kind) && kind == HULL_TRANSLUCENT;
 }
 
-static void store(float to[3], vec3 v) {
-    to[0] = v.x;
-    to[1] = v.y;
-    to[2] = v.z;
-}
-
 bool hull_trace(const struct scene *scene, const struct hull *hull, const struct ray *look, struct sampler *sampler,
                 struct view_point *at) {
     struct ray ray = *look;
@@ -52,9 +46,9 @@ bool hull_trace(const struct scene *scene, const struct hull *hull, const struct
         if (!scene_intersect_hulls(scene, &ray, -1, &surface)) return false;
         if (surface.shape->hull->kind != HULL_GLASS) {
             at->part = (uint32_t)(surface.shape->hull - hull->parts);
-            store(at->point, surface.p);
-            store(at->normal, surface.shading.n);
-            store(at->w, wi);
+            vec3_store(at->point, surface.p);
+            vec3_store(at->normal, surface.shading.n);
+            vec3_store(at->w, wi);
             return true;
         }
         vec2 u = sampler_2d(sampler);

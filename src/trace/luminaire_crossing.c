@@ -88,12 +88,6 @@ static bool crossing_wants(const struct crossing *crossing, enum question questi
                                                 : crossing->wants_pdf;
 }
 
-static void store(float to[3], vec3 v) {
-    to[0] = v.x;
-    to[1] = v.y;
-    to[2] = v.z;
-}
-
 static rgb mask_transmittance(enum lamp_mask mask, rgb transmittance) {
     if (mask == LAMP_MASK_RGB) return transmittance;
     bool through = mask == LAMP_MASK_BINARY && transmittance.r + transmittance.g + transmittance.b >= 1.5f;
@@ -115,8 +109,8 @@ static void ask(struct crossing_batch *batch, const struct luminaire_instance *i
         const struct crossing *crossing = &batch->crossings[order[i]];
         if (!crossing_wants(crossing, question)) continue;
         vec3 d = luminaire_local_direction(instance, crossing->direction);
-        store(batch->point[asked], luminaire_local_point(instance, crossing->viewpoint));
-        store(batch->w[asked], question == QUESTION_PDF ? d : vec3_neg(d));
+        vec3_store(batch->point[asked], luminaire_local_point(instance, crossing->viewpoint));
+        vec3_store(batch->w[asked], question == QUESTION_PDF ? d : vec3_neg(d));
         asked++;
     }
     if (!asked) return;

@@ -68,13 +68,11 @@ static void sample_luminaire(const struct path_tracer *tracer, struct path_worke
     for (size_t i = 0; i < count; i++) {
         const struct path *path = &worker->paths[requests[i].path];
         const struct mirror *mirror = requests[i].mirror;
-        vec3 s = luminaire_local_point(instance, mirror ? mirror_image(mirror, path->surface.p) : path->surface.p);
+        const vec3 from = mirror ? mirror_image(mirror, path->surface.p) : path->surface.p;
+        vec3_store(worker->points[i], luminaire_local_point(instance, from));
         struct sampler sampler = path_sampler(path, mirror ? PATH_DIMENSION_MIRROR + 1 : PATH_DIMENSION_LIGHT),
                        third = path_sampler(path, mirror ? PATH_DIMENSION_MIRROR + 2 : PATH_DIMENSION_LIGHT_THIRD);
         vec2 u = sampler_2d(&sampler);
-        worker->points[i][0] = s.x;
-        worker->points[i][1] = s.y;
-        worker->points[i][2] = s.z;
         worker->numbers[i][0] = u.x;
         worker->numbers[i][1] = u.y;
         worker->numbers[i][2] = sampler_1d(&third);

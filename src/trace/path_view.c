@@ -10,18 +10,12 @@ static bool ends_on_hull(const struct path *path) {
     return part && part->kind != HULL_GLASS;
 }
 
-static void store(float to[3], vec3 v) {
-    to[0] = v.x;
-    to[1] = v.y;
-    to[2] = v.z;
-}
-
 static struct view_point view_point_make(const struct path *path, const struct luminaire_instance *instance) {
     const struct surface *surface = &path->surface;
     struct view_point at = {.part = (uint32_t)(surface->shape->hull - luminaire_hull(instance->luminaire)->parts)};
-    store(at.point, luminaire_local_point(instance, surface->p));
-    store(at.normal, luminaire_local_direction(instance, surface->shading.n));
-    store(at.w, luminaire_local_direction(instance, vec3_neg(path->ray.direction)));
+    vec3_store(at.point, luminaire_local_point(instance, surface->p));
+    vec3_store(at.normal, luminaire_local_direction(instance, surface->shading.n));
+    vec3_store(at.w, luminaire_local_direction(instance, vec3_neg(path->ray.direction)));
     return at;
 }
 
