@@ -7,13 +7,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 #include <cmocka.h>
 
 #include "chi_square.h"
 #include "math/sampler.h"
+#include "render_path.h"
 #include "trace/guide.h"
-#include "trace/path.h"
 
 enum { RECORDS = 20000 };
 
@@ -121,65 +120,37 @@ static const char *const room =
     "<shape type='rectangle'><transform name='to_world'><scale x='0.15' y='0.15'/><translate x='0.8' y='0.8' "
     "z='1.2'/></transform><emitter type='area'><rgb name='radiance' value='200'/></emitter></shape></scene>";
 
-static void render(struct image *image, bool forgetful, int passes, int threads) {
-    char path[] = "/tmp/sconce_test_guide_XXXXXX.xml";
-    const int descriptor = mkstemps(path, 4);
-    assert_true(descriptor >= 0);
-    FILE *file = fdopen(descriptor, "w");
-    fputs(room, file);
-    fclose(file);
-    struct scene scene;
-    struct error error = {0};
-    const struct run run = {.threads = threads, .seed = 5};
-    const enum status status = scene_load(&scene, path, &(struct scene_options){.threads = 1}, &run, &error);
-    unlink(path);
-    if (status != STATUS_OK) fail_msg("%s", error.text);
-    void *state;
-    struct film film;
-    assert_int_equal(film_init(&film, scene.sensor, &error), STATUS_OK);
-    assert_int_equal(path_create(&scene, &run, PATH_MIS, &state, &error), STATUS_OK);
-    for (int pass = 0; pass < passes; pass++) {
-        struct film first = film;
-        first.pass_count = 0; // as if nothing had been rendered yet
-        assert_int_equal(path_integrator.render_pass(state, forgetful ? &first : &film, (uint64_t)pass, &run, &error),
-                         STATUS_OK);
-        film_end_pass(&film, 1);
-    }
-    assert_int_equal(path_dropped(state), 0);
-    assert_int_equal(film_image(&film, image, &error), STATUS_OK);
-    path_integrator.destroy(state);
-    film_fini(&film);
-    scene_fini(&scene);
+static void render(struct rendering *result, bool forgetful, int threads) {
+    size_t dropped;
+    render_path(room, &(struct path_test){PATH_MIS, 512, threads, .seed = 5, .forgetful = forgetful}, result, &dropped);
+    assert_int_equal(dropped, 0);
 }
 
 static void test_room(void **unused) {
     (void)unused;
-    struct image with, without, twice;
-    render(&with, false, 512, 1);
-    render(&without, true, 512, 1);
-    render(&twice, false, 512, 2);
+    struct rendering with, without, twice;
+    render(&with, false, 1);
+    render(&without, true, 1);
+    render(&twice, false, 2);
     const size_t count = (size_t)with.width * (size_t)with.height;
-    assert_memory_equal(with.pixels, twice.pixels, count * (size_t)with.channels * sizeof *with.pixels);
-    double sum[2] = {0}, variance[2] = {0}, relative[2] = {0}, chi2 = 0;
+    assert_memory_equal(with.image.pixels, twice.image.pixels, 6 * count * sizeof(float));
+    double relative[2] = {0}, chi2 = 0;
     for (size_t i = 0; i < count; i++) {
-        const float *a = &with.pixels[6 * i], *b = &without.pixels[6 * i];
-        sum[0] += (double)a[1], sum[1] += (double)b[1];
-        variance[0] += (double)a[4], variance[1] += (double)b[4];
+        const float *a = &with.image.pixels[6 * i], *b = &without.image.pixels[6 * i];
         const double level = 0.25 * ((double)a[1] + (double)b[1]) * ((double)a[1] + (double)b[1]) + 1e-3;
         relative[0] += (double)a[4] / level, relative[1] += (double)b[4] / level;
         const double difference = (double)a[1] - (double)b[1], noise = (double)a[4] + (double)b[4];
         if (noise > 0) chi2 += difference * difference / noise / (double)count;
     }
-    const double error = sqrt(variance[0] + variance[1]);
-    if (fabs(sum[0] - sum[1]) > 4 * error)
-        fail_msg("mean %g guided, %g not (standard error %g)", sum[0] / (double)count, sum[1] / (double)count,
-                 error / (double)count);
-    assert_true(error < 0.02 * sum[1]); // else that says nothing
+    const double error = hypot(with.error[1], without.error[1]);
+    if (fabs(with.mean[1] - without.mean[1]) > 4 * error)
+        fail_msg("mean %g guided, %g not (standard error %g)", with.mean[1], without.mean[1], error);
+    assert_true(error < 0.02 * without.mean[1]); // else that says nothing
     assert_true(chi2 < 1.3);
     if (!(relative[0] < 0.7 * relative[1])) fail_msg("relative variance %g guided, %g not", relative[0], relative[1]);
-    image_fini(&with);
-    image_fini(&without);
-    image_fini(&twice);
+    image_fini(&with.image);
+    image_fini(&without.image);
+    image_fini(&twice.image);
 }
 
 int main(void) {

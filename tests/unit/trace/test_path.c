@@ -7,57 +7,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 #include <cmocka.h>
 
-#include "trace/path.h"
+#include "render_path.h"
 
-struct result {
-    double mean[3], error; // error: standard deviation of the mean of the green channel
+static size_t render(const char *xml, enum path_strategy strategy, int passes, int threads, struct rendering *result) {
     size_t dropped;
-    struct image image;
-};
-
-// `forgetful`: every pass is rendered as if it were the first.
-static void render_by(const char *xml, enum path_strategy strategy, int passes, int threads, bool forgetful,
-                      struct result *result) {
-    char path[] = "/tmp/sconce_test_path_XXXXXX.xml";
-    int descriptor = mkstemps(path, 4);
-    assert_true(descriptor >= 0);
-    FILE *file = fdopen(descriptor, "w");
-    fputs(xml, file);
-    fclose(file);
-    struct scene scene;
-    struct error error = {0};
-    struct run run = {.threads = threads, .seed = 7};
-    enum status status = scene_load(&scene, path, &(struct scene_options){.threads = 1}, &run, &error);
-    unlink(path);
-    if (status != STATUS_OK) fail_msg("%s", error.text);
-    void *state;
-    struct film film;
-    assert_int_equal(film_init(&film, scene.sensor, &error), STATUS_OK);
-    assert_int_equal(path_create(&scene, &run, strategy, &state, &error), STATUS_OK);
-    for (int pass = 0; pass < passes; pass++) {
-        struct film first = film;
-        first.pass_count = 0;
-        assert_int_equal(path_integrator.render_pass(state, forgetful ? &first : &film, pass, &run, &error), STATUS_OK);
-        film_end_pass(&film, 1);
-    }
-    *result = (struct result){.dropped = path_dropped(state)};
-    assert_int_equal(film_image(&film, &result->image, &error), STATUS_OK);
-    size_t count = (size_t)film.width * film.height;
-    for (size_t i = 0; i < count; i++) {
-        for (int c = 0; c < 3; c++) result->mean[c] += result->image.pixels[6 * i + c] / (double)count;
-        result->error += result->image.pixels[6 * i + 4] / ((double)count * count);
-    }
-    result->error = sqrt(result->error);
-    path_integrator.destroy(state);
-    film_fini(&film);
-    scene_fini(&scene);
-}
-
-static void render(const char *xml, enum path_strategy strategy, int passes, int threads, struct result *result) {
-    render_by(xml, strategy, passes, threads, false, result);
+    render_path(xml, &(struct path_test){strategy, passes, threads, .seed = 7}, result, &dropped);
+    return dropped;
 }
 
 #define CAMERA(origin, target, fov, size)                                                                              \
@@ -70,14 +27,13 @@ static void render(const char *xml, enum path_strategy strategy, int passes, int
         "0.5") "</shape>"
 
 static void check_mean(const char *xml, enum path_strategy strategy, int passes, double expected, double tolerance) {
-    struct result result;
-    render(xml, strategy, passes, 1, &result);
+    struct rendering result;
+    assert_int_equal(render(xml, strategy, passes, 1, &result), 0);
     image_fini(&result.image);
-    double slack = tolerance * expected + 4 * result.error;
+    double slack = tolerance * expected + 4 * result.error[1];
     if (fabs(result.mean[1] - expected) > slack)
-        fail_msg("mean %g, expected %g (standard error %g)", result.mean[1], expected, result.error);
-    assert_true(result.error < 0.05 * expected + 1e-6); // else the comparison says nothing
-    assert_int_equal(result.dropped, 0);
+        fail_msg("mean %g, expected %g (standard error %g)", result.mean[1], expected, result.error[1]);
+    assert_true(result.error[1] < 0.05 * expected + 1e-6); // else the comparison says nothing
 }
 
 // A sphere wholly above the horizon: E = pi L (r / d)^2 cos.
@@ -184,13 +140,13 @@ static const char *const mixed_scene =
 
 static void test_strategies_agree(void **unused) {
     (void)unused;
-    struct result mis, lights, bsdf;
+    struct rendering mis, lights, bsdf;
     render(mixed_scene, PATH_MIS, 24, 1, &mis);
     render(mixed_scene, PATH_LIGHTS_ONLY, 48, 1, &lights);
     render(mixed_scene, PATH_BSDF_ONLY, 96, 1, &bsdf);
-    assert_float_equal(lights.mean[1], mis.mean[1], 4 * hypot(lights.error, mis.error));
-    assert_float_equal(bsdf.mean[1], mis.mean[1], 4 * hypot(bsdf.error, mis.error));
-    assert_true(mis.error < 0.01 * mis.mean[1] && bsdf.error < 0.01 * mis.mean[1]);
+    assert_float_equal(lights.mean[1], mis.mean[1], 4 * hypot(lights.error[1], mis.error[1]));
+    assert_float_equal(bsdf.mean[1], mis.mean[1], 4 * hypot(bsdf.error[1], mis.error[1]));
+    assert_true(mis.error[1] < 0.01 * mis.mean[1] && bsdf.error[1] < 0.01 * mis.mean[1]);
     image_fini(&mis.image);
     image_fini(&lights.image);
     image_fini(&bsdf.image);
@@ -198,7 +154,7 @@ static void test_strategies_agree(void **unused) {
 
 static void test_threads_do_not_matter(void **unused) {
     (void)unused;
-    struct result one, three;
+    struct rendering one, three;
     render(mixed_scene, PATH_MIS, 6, 1, &one); // so many that roulette knows the picture
     render(mixed_scene, PATH_MIS, 6, 3, &three);
     assert_memory_equal(one.image.pixels, three.image.pixels, sizeof(float) * 6 * one.image.width * one.image.height);
@@ -209,9 +165,10 @@ static void test_threads_do_not_matter(void **unused) {
 // Roulette goes by what earlier passes found, and gives the same mean in less or other ways, pixel by pixel.
 static void test_roulette_keeps_the_mean(void **unused) {
     (void)unused;
-    struct result with, without;
-    render_by(mixed_scene, PATH_MIS, 256, 1, false, &with);
-    render_by(mixed_scene, PATH_MIS, 256, 1, true, &without);
+    struct rendering with, without;
+    render(mixed_scene, PATH_MIS, 256, 1, &with);
+    size_t dropped;
+    render_path(mixed_scene, &(struct path_test){PATH_MIS, 256, 1, .seed = 7, .forgetful = true}, &without, &dropped);
     size_t count = with.image.width * with.image.height;
     double chi2 = 0, differing = 0;
     for (size_t i = 0; i < count; i++) {
@@ -222,10 +179,10 @@ static void test_roulette_keeps_the_mean(void **unused) {
     }
     assert_true(differing > 0.5 * (double)count); // else there was no roulette
     assert_true(chi2 < 1.3);
-    if (fabs(with.mean[1] - without.mean[1]) > 4 * hypot(with.error, without.error))
+    if (fabs(with.mean[1] - without.mean[1]) > 4 * hypot(with.error[1], without.error[1]))
         fail_msg("mean %g with roulette, %g without (standard errors %g, %g)", with.mean[1], without.mean[1],
-                 with.error, without.error);
-    assert_true(with.error < 0.005 * with.mean[1]);
+                 with.error[1], without.error[1]);
+    assert_true(with.error[1] < 0.005 * with.mean[1]);
     image_fini(&with.image);
     image_fini(&without.image);
 }
