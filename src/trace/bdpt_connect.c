@@ -4,6 +4,8 @@
 // chance with their value divided by it.
 #include "trace/bdpt.h"
 
+#include "trace/mirror_link.h"
+
 static double cos_at(const struct surface *surface, vec3 w) { return fabsf(vec3_dot(surface->ng, w)); }
 
 // True where the connection goes on; then *value is divided by the chance of it.
@@ -96,6 +98,7 @@ rgb bdpt_hit_light(const struct bdpt *bdpt, const struct walk *walk, const struc
     rgb value = rgb_mul(camera->arrived, surface_emission(surface, camera->wi));
     if (!(rgb_max(value) > 0)) return rgb_gray(0);
     if (walk->depth == 0) return bdpt->scene->hide_emitters ? rgb_gray(0) : value; // no other technique
+    if (walk->mirrored) return value; // nor here
     struct light_point point = {walk->vertex_p, -1, -1};
     vec3 direction = vec3_neg(camera->wi), offset = vec3_sub(surface->p, walk->vertex_p);
     double pdf = (double)light_select_pmf_emitter(bdpt->lights, &point, emitter) *
@@ -114,6 +117,7 @@ rgb bdpt_hit_environment(const struct bdpt *bdpt, const struct walk *walk) {
     rgb value = rgb_mul(walk->beta, emitter->type->eval(emitter, NULL, travels));
     if (!(rgb_max(value) > 0)) return rgb_gray(0);
     if (walk->depth == 0) return bdpt->scene->hide_emitters ? rgb_gray(0) : value;
+    if (walk->mirrored) return value;
     struct light_point point = {walk->vertex_p, -1, -1};
     double direct = (double)light_select_pmf_emitter(bdpt->lights, &point, emitter) *
                     emitter->type->pdf_light(emitter, walk->vertex_p, NULL, direction);
@@ -123,22 +127,40 @@ rgb bdpt_hit_environment(const struct bdpt *bdpt, const struct walk *walk) {
     return rgb_scale(value, (float)(1 / (1 + mis(direct) * walk->d_vcm + mis(walked) * walk->d_vc)));
 }
 
+// What the light's vertex sends along the link, its weight included.
+static rgb camera_value(const struct vertex *light, const struct camera_link *link, vec3 direction, bool weighted) {
+    const struct surface *surface = &light->surface;
+    rgb value = rgb_mul(light->beta, surface_eval_bsdf(surface, light->wi, direction, TRANSPORT_IMPORTANCE));
+    value = rgb_scale(value, link->response);
+    if (!weighted || !(rgb_max(value) > 0)) return value;
+    double reverse = surface_pdf_bsdf(surface, direction, light->wi, TRANSPORT_RADIANCE);
+    double traced = link->pdf * cos_at(surface, direction);
+    return rgb_scale(value, (float)(1 / (1 + mis(traced) * (light->d_vcm + light->d_vc * mis(reverse)))));
+}
+
 void bdpt_connect_camera(const struct scene *scene, const struct camera *camera, const struct vertex *light,
                          bool weighted, struct sampler *sampler, struct splat_list *splats) {
     const struct surface *surface = &light->surface;
     struct camera_link link;
     if (!camera_connect(camera, surface->p, sampler_2d(sampler), &link)) return;
-    rgb value = rgb_mul(light->beta, surface_eval_bsdf(surface, light->wi, link.direction, TRANSPORT_IMPORTANCE));
-    value = rgb_scale(value, link.response);
+    rgb value = camera_value(light, &link, link.direction, weighted);
     if (!(rgb_max(value) > 0)) return;
-    if (weighted) {
-        double reverse = surface_pdf_bsdf(surface, link.direction, light->wi, TRANSPORT_RADIANCE);
-        double traced = link.pdf * cos_at(surface, link.direction);
-        value = rgb_scale(value, (float)(1 / (1 + mis(traced) * (light->d_vcm + light->d_vc * mis(reverse)))));
-    }
     struct ray ray = surface_spawn_ray(surface, link.direction);
     ray.t_max = link.reach;
     value = rgb_mul(value, scene_visibility(scene, &ray, -1));
     splat_add(splats, camera->sensor, link.film,
               rgb_mul(value, segment_absorption(surface, NULL, link.direction, link.distance)));
+}
+
+void bdpt_connect_mirrors(const struct scene *scene, const struct camera *camera, const struct mirror_list *mirrors,
+                          const struct vertex *light, bool weighted, struct sampler *sampler,
+                          struct splat_list *splats) {
+    for (size_t i = 0; i < mirrors->count; i++) {
+        struct mirror_link link;
+        if (!mirror_link_find(&mirrors->mirrors[i], camera, light->surface.p, sampler_2d(sampler), &link)) continue;
+        rgb value = camera_value(light, &link.camera, link.direction, weighted);
+        if (!(rgb_max(value) > 0)) continue;
+        value = rgb_mul(value, mirror_link_transmits(&link, mirrors, scene, &light->surface, sampler));
+        splat_add(splats, camera->sensor, link.camera.film, value);
+    }
 }

@@ -1,35 +1,56 @@
 // The particle integrator (light tracing): walks from the lights only, every vertex seen by the camera. Independent of
 // the weights of bdpt.c, and the only plain technique that finds caustics of lights behind smooth glass. What only a
-// camera ray can see stays black: anything seen in or through a mirror or smooth glass. Light at infinity that the
-// camera sees directly is added by a camera ray.
+// camera ray can see stays black: anything seen through smooth glass or in mirrors other than a single plane one. Light
+// at infinity that the camera sees directly is added by a camera ray.
 #include <stdlib.h>
 
 #include "trace/bdpt.h"
 #include "trace/film_sample.h"
+#include "trace/mirror_link.h"
 #include "trace/splat_pass.h"
 
 struct particle_state {
     const struct scene *scene;
     struct light_source source;
     struct camera camera;
+    struct mirror_list mirrors;
     struct splat_pass pass;
     int max_depth;
 };
+
+static rgb emitter_value(const struct walk *walk, const struct camera_link *link, vec3 direction) {
+    const struct surface *surface = &walk->emission->surface;
+    float cos_theta = fabsf(vec3_dot(surface->ng, direction));
+    return rgb_scale(surface_emission(surface, direction),
+                     cos_theta * link->response / (walk->emission->pdf_position * walk->emission_pmf));
+}
 
 static void splat_emitter(const struct particle_state *state, const struct walk *walk, struct sampler *sampler,
                           struct splat_list *splats) {
     const struct surface *surface = &walk->emission->surface;
     struct camera_link link;
     if (!camera_connect(&state->camera, surface->p, sampler_2d(sampler), &link)) return;
-    float cos_theta = fabsf(vec3_dot(surface->ng, link.direction));
-    rgb value = rgb_scale(surface_emission(surface, link.direction),
-                          cos_theta * link.response / (walk->emission->pdf_position * walk->emission_pmf));
+    rgb value = emitter_value(walk, &link, link.direction);
     if (!(rgb_max(value) > 0)) return;
     struct ray ray = surface_spawn_ray(surface, link.direction);
     ray.t_max = link.reach;
     value = rgb_mul(value, scene_visibility(state->scene, &ray, -1));
     splat_add(splats, state->scene->sensor, link.film,
               rgb_mul(value, segment_absorption(surface, NULL, link.direction, link.distance)));
+}
+
+static void splat_emitter_in_mirrors(const struct particle_state *state, const struct walk *walk,
+                                     struct sampler *sampler, struct splat_list *splats) {
+    const struct surface *surface = &walk->emission->surface;
+    for (size_t i = 0; i < state->mirrors.count; i++) {
+        struct mirror_link link;
+        if (!mirror_link_find(&state->mirrors.mirrors[i], &state->camera, surface->p, sampler_2d(sampler), &link))
+            continue;
+        rgb value = emitter_value(walk, &link.camera, link.direction);
+        if (!(rgb_max(value) > 0)) continue;
+        value = rgb_mul(value, mirror_link_transmits(&link, &state->mirrors, state->scene, surface, sampler));
+        splat_add(splats, state->scene->sensor, link.camera.film, value);
+    }
 }
 
 static rgb see_environment(const struct particle_state *state, int x, int y, struct sampler *sampler) {
@@ -41,6 +62,13 @@ static rgb see_environment(const struct particle_state *state, int x, int y, str
     sensor->type->sample_ray(sensor, film, sampler_2d(sampler), &ray);
     return rgb_mul(scene_visibility(state->scene, &ray, -1),
                    environment->type->eval(environment, NULL, vec3_neg(ray.direction)));
+}
+
+static void connect(const struct particle_state *state, const struct vertex *vertex, struct sampler *sampler,
+                    struct splat_list *splats) {
+    bdpt_connect_camera(state->scene, &state->camera, vertex, false, sampler, splats);
+    if (vertex->depth + 2 <= state->max_depth)
+        bdpt_connect_mirrors(state->scene, &state->camera, &state->mirrors, vertex, false, sampler, splats);
 }
 
 static rgb particle_trace(void *user, int x, int y, uint64_t pass, const struct run *run, int worker,
@@ -55,13 +83,14 @@ static rgb particle_trace(void *user, int x, int y, uint64_t pass, const struct 
     struct vertex vertex;
     if (!light_source_emit(&state->source, &sampler, &walk, &emission)) return seen;
     if (walk.emitter->shape && !state->scene->hide_emitters) splat_emitter(state, &walk, &sampler, splats);
+    if (walk.emitter->shape && state->max_depth >= 2) splat_emitter_in_mirrors(state, &walk, &sampler, splats);
     for (;;) {
         enum walk_event event = walk_advance(&walk, &sampler, &vertex);
         if (event == WALK_ESCAPED) return seen;
         if (event == WALK_PASSED) continue;
         if (vertex.depth >= state->max_depth) return seen;
         if (vertex.flags & BSDF_SMOOTH)
-            bdpt_connect_camera(state->scene, &state->camera, &vertex, false, &sampler, splats);
+            connect(state, &vertex, &sampler, splats);
         if (vertex.depth + 1 >= state->max_depth || !walk_scatter(&walk, &vertex, &sampler, state->scene->rr_depth))
             return seen;
     }
@@ -96,6 +125,7 @@ static enum status particle_create(const struct scene *scene, const struct run *
         return status;
     }
     camera_init(&state->camera, scene);
+    camera_mirrors_find(&state->mirrors, scene);
     *result = state;
     return STATUS_OK;
 }

@@ -66,7 +66,6 @@ static void tracer_destroy(void *state) {
     free(tracer->workers);
     free(tracer->expected);
     path_guide_destroy(tracer->guide);
-    mirrors_fini(&tracer->mirrors);
     light_select_destroy(tracer->lights);
     caustic_destroy(tracer->caustic);
     residual_destroy(tracer->residual);
@@ -95,8 +94,7 @@ enum status path_create(const struct scene *scene, const struct run *run, enum p
     if (status == STATUS_OK && scene->unbiased) status = residual_create(&tracer->residual, scene, error);
     if (status == STATUS_OK && strategy == PATH_MIS)
         status = caustic_create(&tracer->caustic, scene, tracer->residual, run, error);
-    if (status == STATUS_OK && tracer->caustic && !tracer->residual)
-        status = mirrors_find(&tracer->mirrors, scene, error);
+    if (tracer->caustic && !tracer->residual) mirrors_find(&tracer->mirrors, scene, MIRROR_PURE);
     for (int i = 0; status == STATUS_OK && i < count; i++) status = worker_init(&tracer->workers[i], scene, error);
     if (status == STATUS_OK)
         *state = tracer;

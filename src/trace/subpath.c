@@ -43,6 +43,7 @@ enum walk_event walk_advance(struct walk *walk, struct sampler *sampler, struct 
         walk->beta = rgb_mul(vertex->arrived, fork.weight);
         walk->ray = surface_spawn_ray(surface, walk->ray.direction);
         walk->travelled = travelled;
+        if (walk->mirrored) walk->d_vcm = 0; // mirror_link.h sees the mirror only where it is met first
         walk->from = *surface;
         walk->has_from = true;
         return WALK_PASSED;
@@ -50,6 +51,11 @@ enum walk_event walk_advance(struct walk *walk, struct sampler *sampler, struct 
     vertex->beta = rgb_scale(vertex->arrived, fork.inverse_share);
     vertex->scatter = rgb_mul(vertex->arrived, fork.weight);
     return WALK_HIT;
+}
+
+static bool meets_first_mirror(const struct walk *walk, const struct vertex *vertex, const struct bsdf_sample *sample) {
+    return walk->mirrors && !walk->mirrored && mirror_reflects(&vertex->surface, vertex->wi, sample) &&
+           mirror_at(walk->mirrors, &vertex->surface);
 }
 
 bool walk_scatter(struct walk *walk, const struct vertex *vertex, struct sampler *sampler, int rr_depth) {
@@ -68,9 +74,11 @@ bool walk_scatter(struct walk *walk, const struct vertex *vertex, struct sampler
         walk->beta = rgb_scale(walk->beta, 1 / survival);
     }
     double cos_out = maxf(fabsf(vec3_dot(vertex->surface.ng, sample.wo)), min_cos);
+    walk->mirrored = meets_first_mirror(walk, vertex, &sample);
+    if (!walk->mirrored) walk->mirrors = NULL;
     if (sample.delta) { // the densities there and back are the same, and nothing connects to a delta
         walk->d_vc = vertex->d_vc * mis(cos_out);
-        walk->d_vcm = 0;
+        if (!walk->mirrored) walk->d_vcm = 0;
     } else {
         enum transport reverse = walk->transport == TRANSPORT_RADIANCE ? TRANSPORT_IMPORTANCE : TRANSPORT_RADIANCE;
         double pdf_reverse = surface_pdf_bsdf(&vertex->surface, sample.wo, vertex->wi, reverse);
@@ -81,8 +89,8 @@ bool walk_scatter(struct walk *walk, const struct vertex *vertex, struct sampler
     walk->from = vertex->surface;
     walk->vertex_p = vertex->surface.p;
     walk->has_from = true;
-    walk->travelled = 0;
-    walk->distant = false;
+    walk->travelled = walk->mirrored ? walk->travelled + vertex->surface.t : 0;
+    walk->distant = walk->distant && walk->mirrored;
     walk->emission = NULL;
     return true;
 }

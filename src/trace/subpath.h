@@ -17,6 +17,7 @@
 #include "scene/scene.h"
 #include "trace/fork.h"
 #include "trace/light_select.h"
+#include "trace/mirror_list.h"
 
 static inline double mis(double ratio) { return ratio * ratio; }
 
@@ -44,6 +45,10 @@ struct walk {
     struct surface from;
     double d_vcm, d_vc;
     bool distant; // first edge only: starts at infinity or as parallel rays, so distance has no part in its density
+    // Of a camera's walk: by way of which mirrors the camera is linked, until the first vertex that is none; and that
+    // the walk comes from such a mirror, so its sums and `travelled` are as if it came from the camera's image.
+    const struct mirror_list *mirrors;
+    bool mirrored;
     // A walk from a light, before its first vertex:
     const struct emission_sample *emission; // NULL afterwards; the caller's
     const struct emitter *emitter;
@@ -88,5 +93,7 @@ struct camera_link { // the camera seen from a point
     float pdf; // the same as a density of camera rays of the crop
 };
 void camera_init(struct camera *camera, const struct scene *scene);
-void camera_walk(const struct camera *camera, const struct scene *scene, vec2 film, vec2 lens, struct walk *walk);
+// `mirrors`: NULL, or those by way of which the camera is linked too.
+void camera_walk(const struct camera *camera, const struct scene *scene, const struct mirror_list *mirrors, vec2 film,
+                 vec2 lens, struct walk *walk);
 bool camera_connect(const struct camera *camera, vec3 p, vec2 lens, struct camera_link *link);

@@ -66,8 +66,10 @@ void camera_init(struct camera *camera, const struct scene *scene) {
         vec3_length(vec3_sub(a.direction, b.direction)) < 1e-4f && vec3_length(vec3_sub(a.origin, b.origin)) > 0;
 }
 
-void camera_walk(const struct camera *camera, const struct scene *scene, vec2 film, vec2 lens, struct walk *walk) {
+void camera_walk(const struct camera *camera, const struct scene *scene, const struct mirror_list *mirrors, vec2 film,
+                 vec2 lens, struct walk *walk) {
     *walk = (struct walk){.scene = scene,
+                          .mirrors = mirrors,
                           .transport = TRANSPORT_RADIANCE,
                           .beta = {1, 1, 1},
                           .start = 1,
