@@ -1,7 +1,7 @@
 // For tests that bring a luminaire of their own in place of a baked one: everything but its light. Its proxy is the
 // unit sphere and light samples fill the cone under which a point sees it. The including file defines `struct
 // luminaire`, stand_in, luminaire_flux, luminaire_eval and luminaire_transmittance; with STAND_IN_HAS_HULL also
-// luminaire_hull and luminaire_view.
+// luminaire_hull and luminaire_view, with STAND_IN_SCATTERS luminaire_scattering.
 #pragma once
 
 #include "luminaire/group_setting.h"
@@ -38,6 +38,12 @@ const char *luminaire_metadata(const struct luminaire *luminaire, const char *ke
     (void)luminaire, (void)key;
     return NULL;
 }
+#ifndef STAND_IN_SCATTERS
+void luminaire_scattering(const struct luminaire *luminaire, float back[3], float onward[3]) {
+    (void)luminaire;
+    for (int c = 0; c < 3; c++) back[c] = onward[c] = 0;
+}
+#endif
 #ifndef STAND_IN_HAS_HULL
 const struct hull *luminaire_hull(const struct luminaire *luminaire) {
     (void)luminaire;

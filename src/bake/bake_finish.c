@@ -10,6 +10,7 @@
 
 #include "bake/bake_job.h"
 #include "bake/lamp_proxy.h"
+#include "bake/lamp_scattering.h"
 #include "format/safetensors.h"
 
 enum { VALUE_SIZE = 4400, KEYS = 12 };
@@ -198,6 +199,7 @@ enum status bake_finish(struct bake_job *job, struct bake_report *report, struct
     };
     struct luminaire *luminaire = NULL;
     enum status status = assemble(job, report, &luminaire, error);
+    if (status == STATUS_OK) status = lamp_scattering_measure(luminaire, &job->lamp, error);
     run_progress(job->run, "finishing", 0.8, clock_wall_s() - start, NULL);
     if (status == STATUS_OK) status = luminaire_save(luminaire, job->options->output_path, error);
     run_progress(job->run, "finishing", 1, clock_wall_s() - start, NULL);

@@ -3,7 +3,7 @@
 // model of rays and triangles, not a time, so that the same seed gives the same file. With --seconds it is the time.
 #include "bake/bake_job.h"
 
-enum { PILOT = 1 << 14, LEAST_FIELD_LINES = 2000000, MOST_FIELD_LINES = 8000000 };
+enum { PILOT = 1 << 14, LEAST_FIELD_LINES = 2000000, MOST_FIELD_LINES = 16000000 };
 static const double ray_us = 0.55, ray_triangles = 1e5; // of one core; above so many triangles as their square root
 static const double learn_us = 4.6, ordinary_us = 10, least_pace = 0.2; // of an exit: to learn from it; in all
 static const double survey_time_share = 0.1, evaluation_time_share = 0.1; // of a bake with --seconds

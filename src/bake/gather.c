@@ -100,6 +100,7 @@ struct line_job {
     size_t first, n;
     bool trace;
     int repeats, round; // of the transmittance's traces
+    float cos_limit; // of these: what is turned further is left out
     const struct transparency *learner;
     struct line_sample *lines;
 };
@@ -148,7 +149,13 @@ static void gather_line_block(void *user, size_t block, int worker) {
 
 void gather_lines(struct line_sample *lines, const struct lamp *lamp, const struct line_guide *guide,
                   enum gather_stream stream, size_t first, size_t n, bool trace) {
-    struct line_job job = {lamp, guide, (uint64_t)stream << 56 | 1, first, n, trace, 1, 0, NULL, lines};
+    struct line_job job = {.lamp = lamp,
+                           .guide = guide,
+                           .stream = (uint64_t)stream << 56 | 1,
+                           .first = first,
+                           .n = n,
+                           .trace = trace,
+                           .lines = lines};
     parallel_for(lamp->threads, (n + BLOCK - 1) / BLOCK, gather_line_block, &job);
 }
 
@@ -174,7 +181,7 @@ static rgb mean_transmittance(const struct line_job *job, size_t index, vec3 exi
     int k = 0;
     for (; k < job->repeats && (varies || k < AGREEING); k++) {
         struct sampler sampler = sampler_make(job->lamp->seed, stream, (uint64_t)k);
-        rgb t = trace_line_transmittance(job->lamp->scene, &ray, &sampler, MAX_DEPTH, straight_cos);
+        rgb t = trace_line_transmittance(job->lamp->scene, &ray, &sampler, MAX_DEPTH, job->cos_limit);
         if (k == 0) first = t;
         varies = varies || rgb_max(rgb_sub(t, first)) > 1e-3f || rgb_max(rgb_sub(first, t)) > 1e-3f;
         sum = rgb_add(sum, t);
@@ -216,7 +223,19 @@ void gather_transmittance(struct line_sample *lines, const struct lamp *lamp, en
                            .n = n,
                            .repeats = repeats,
                            .round = round,
+                           .cos_limit = straight_cos,
                            .learner = learner,
+                           .lines = lines};
+    parallel_for(lamp->threads, (n + BLOCK - 1) / BLOCK, gather_transmittance_block, &job);
+}
+
+void gather_escapes(struct line_sample *lines, const struct lamp *lamp, enum gather_stream stream, size_t n,
+                    bool onward) {
+    struct line_job job = {.lamp = lamp,
+                           .stream = (uint64_t)stream << 56 | 2,
+                           .n = n,
+                           .repeats = 1,
+                           .cos_limit = onward ? 0.0f : -1.0f,
                            .lines = lines};
     parallel_for(lamp->threads, (n + BLOCK - 1) / BLOCK, gather_transmittance_block, &job);
 }

@@ -16,6 +16,7 @@ enum gather_stream { // separate random numbers for separate purposes
     STREAM_TRANSPARENCY,
     STREAM_SCALE,
     STREAM_EVALUATION,
+    STREAM_SCATTERING,
     STREAM_HULL = 64, // and the streams of view_bake.c
     STREAM_VIEW_PILOT,
     STREAM_VIEW,
@@ -56,3 +57,7 @@ void gather_again(struct line_sample *lines, const struct lamp *lamp, enum gathe
 // from are not traced and have mass 0; or NULL.
 void gather_transmittance(struct line_sample *lines, const struct lamp *lamp, enum gather_stream stream, size_t first,
                           size_t n, int repeats, int round, const struct transparency *learner);
+// Uniform lines as well: mass = 1, target = an estimate of the light that leaves the lamp anywhere when it comes along
+// the line, or, `onward`, that leaves it to the other side than it came from.
+void gather_escapes(struct line_sample *lines, const struct lamp *lamp, enum gather_stream stream, size_t n,
+                    bool onward);

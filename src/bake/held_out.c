@@ -6,7 +6,7 @@
 #include "base/parallel.h"
 
 enum { BLOCK = 4096, FLUX_BATCH = 1 << 16 };
-static const double flux_noise_goal = 0.0015;
+static const double flux_noise_goal = 0.0008;
 
 struct eval_job {
     const struct light_field *field;

@@ -162,6 +162,21 @@ enum status luminaire_set_view(struct luminaire *luminaire, struct hull *hull, s
 
 const struct hull *luminaire_hull(const struct luminaire *luminaire) { return luminaire->hull; }
 
+void luminaire_scattering(const struct luminaire *luminaire, float back[3], float onward[3]) {
+    memcpy(back, luminaire->scattering[0], sizeof luminaire->scattering[0]);
+    memcpy(onward, luminaire->scattering[1], sizeof luminaire->scattering[1]);
+}
+
+enum status luminaire_set_scattering(struct luminaire *luminaire, const float back[3], const float onward[3],
+                                     struct error *error) {
+    for (int c = 0; c < 3; c++)
+        if (!(back[c] >= 0) || !(onward[c] >= 0) || !(back[c] + onward[c] <= 1))
+            return error_set(error, STATUS_INVALID, "a lamp cannot scatter less light than none, or more than all");
+    memcpy(luminaire->scattering[0], back, sizeof luminaire->scattering[0]);
+    memcpy(luminaire->scattering[1], onward, sizeof luminaire->scattering[1]);
+    return STATUS_OK;
+}
+
 void luminaire_flux(const struct luminaire *luminaire, float flux[3]) {
     memcpy(flux, luminaire->flux, sizeof luminaire->flux);
 }

@@ -62,6 +62,12 @@ const struct hull *luminaire_hull(const struct luminaire *luminaire);
 void luminaire_view(const struct luminaire *luminaire, size_t n, const struct view_point *points,
                     float (*radiance)[3]); // only with a hull
 
+// Of the room's light that meets the lamp and is not let through (1 - T), evenly from all sides: the shares that leave
+// it again, to the side they came from and to the other. Each in [0, 1], their sum too. Zero where the file has none.
+void luminaire_scattering(const struct luminaire *luminaire, float back[3], float onward[3]);
+enum status luminaire_set_scattering(struct luminaire *luminaire, const float back[3], const float onward[3],
+                                     struct error *error);
+
 void luminaire_flux(const struct luminaire *luminaire, float flux[3]); // total emitted flux per channel, lamp units
 const char *luminaire_metadata(const struct luminaire *luminaire,
                                const char *key); // or NULL; keys in docs/luminaire-format.md

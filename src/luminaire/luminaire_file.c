@@ -257,6 +257,16 @@ static enum status read_flux(const struct reader *reader, const char *prefix, si
     return STATUS_OK;
 }
 
+static enum status read_scattering(const struct reader *reader, struct luminaire *l) {
+    if (!safetensors_find(reader->file, "scattering")) return STATUS_OK; // an older file
+    const struct tensor *tensor = take(reader, "scattering", "", TENSOR_F32, 2, 3);
+    if (!tensor) return STATUS_INVALID;
+    float shares[2][3];
+    memcpy(shares, tensor->data, sizeof shares);
+    struct error inner = {0};
+    return luminaire_set_scattering(l, shares[0], shares[1], &inner) ? fail(reader, inner.text) : STATUS_OK;
+}
+
 // The names, separated by commas, and the flux of each.
 static enum status read_groups(const struct reader *reader, struct luminaire *l) {
     const char *text = safetensors_metadata(reader->file, LUMINAIRE_GROUPS_KEY);
@@ -287,6 +297,7 @@ static enum status read_all(const struct reader *reader, struct luminaire *l, bo
     enum status status = read_proxy(reader, &l->shape);
     l->emission_count = 1;
     if (!status) status = read_flux(reader, "", 0, &l->emissions[0].flux);
+    if (!status) status = read_scattering(reader, l);
     if (!status && grouped) status = read_groups(reader, l);
     if (!status) status = hull_read(reader->file, reader->name, &l->shape.proxy, &l->hull, reader->error);
     if (status) return status;

@@ -30,6 +30,7 @@ struct luminaire {
     float flux[3]; // with the factors
     char **keys, **values;
     size_t metadata_count;
+    float scattering[2][3]; // back, onward
     size_t bytes; // of the file
 };
 

@@ -7,7 +7,7 @@
 #include "luminaire/luminaire_private.h"
 #include "luminaire/paper_file.h"
 
-enum { LAMP_TENSORS = 11 + HULL_TENSORS, EMISSION_TENSORS = 14 + VIEW_TENSORS };
+enum { LAMP_TENSORS = 12 + HULL_TENSORS, EMISSION_TENSORS = 14 + VIEW_TENSORS };
 enum { MAX_TENSORS = LAMP_TENSORS + LUMINAIRE_MAX_GROUPS * EMISSION_TENSORS };
 
 struct emission_numbers { // what tensors of one emission point to
@@ -19,7 +19,7 @@ struct writer {
     struct safetensors file;
     struct tensor tensors[MAX_TENSORS];
     char names[MAX_TENSORS][40];
-    float proxy[PROXY_NUMBERS], flux[3], group_flux[LUMINAIRE_MAX_GROUPS][3], transparency[NET_NUMBERS];
+    float proxy[PROXY_NUMBERS], flux[3], scattering[2][3], group_flux[LUMINAIRE_MAX_GROUPS][3], transparency[NET_NUMBERS];
     struct emission_numbers emissions[LUMINAIRE_MAX_GROUPS];
     struct hull_numbers hull;
     char groups[LUMINAIRE_MAX_GROUPS * LUMINAIRE_NAME_SIZE];
@@ -118,6 +118,8 @@ static void describe(struct writer *writer, const struct luminaire *luminaire) {
         for (int c = 0; c < 3; c++) writer->flux[c] += luminaire->emissions[g].flux[c];
     put(writer, "flux", "", TENSOR_F32, 3, 0, writer->flux);
     if (luminaire->grouped) put_groups(writer, luminaire);
+    memcpy(writer->scattering, luminaire->scattering, sizeof writer->scattering);
+    put(writer, "scattering", "", TENSOR_F32, 2, 3, writer->scattering);
     writer->file.tensors = writer->tensors;
     if (luminaire->hull) {
         hull_describe(luminaire->hull, &writer->hull, writer->tensors + writer->file.tensor_count);

@@ -149,6 +149,7 @@ static enum status load_baked(struct loader *loader, const struct object *object
                                                    .place = object->place};
     scene->luminaires = instances;
     scene->luminaire_count = count + 1;
+    if (keep == KEEP_NONE && (status = load_lamp_scatter(loader, &instances[count], (int)count))) return status;
     float factors[LUMINAIRE_MAX_GROUPS][3];
     if (shape->groups) {
         struct luminaire *dimmed;

@@ -61,6 +61,7 @@ enum status load_groups_baked(struct loader *loader, const struct object *object
 enum status load_groups_kept(struct loader *loader, const struct object *object, const struct luminaire *luminaire,
                              const float (*factors)[3], size_t first);
 enum status load_hull(struct loader *loader, const struct luminaire_instance *instance, int index);
+enum status load_lamp_scatter(struct loader *loader, struct luminaire_instance *instance, int index); // the sheet
 enum status load_sensor(struct loader *loader, struct object *object);
 enum status load_integrator(struct loader *loader, struct object *object);
 enum status load_default_integrator(struct loader *loader);

@@ -25,6 +25,7 @@ struct luminaire_instance { // a baked lamp placed in the scene
     enum appearance appearance;
     enum lamp_mask mask;
     rgb dim; // multiplies L
+    struct shape *sheet; // scatters the room's light that the lamp stops; NULL: kept geometry does, or nothing
     struct place place;
 };
 
@@ -66,6 +67,10 @@ struct scene_options {
     int width, height; // > 0: the whole film in this size instead of the file's, its crop scaled along
     int threads;
 };
+
+// Where a ray is scattered by the lamp's sheet.
+void luminaire_sheet_hit(const struct luminaire_instance *instance, const struct ray *ray, float t,
+                         struct surface *surface);
 
 enum status scene_load(struct scene *scene, const char *path, const struct scene_options *options,
                        const struct run *run, struct error *error);

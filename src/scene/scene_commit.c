@@ -91,6 +91,8 @@ enum status scene_commit(struct scene *scene, struct commit_context *context, st
         return error_set(error, STATUS_INVALID, "%s: the scene's extent is not finite; scale it down",
                          scene->path ? scene->path : "scene");
     for (size_t i = 0; i < scene->shape_count; ++i) scene->shapes[i]->index = (uint32_t)i;
+    for (size_t i = 0; i < scene->luminaire_count; ++i) // beyond all shapes
+        if (scene->luminaires[i].sheet) scene->luminaires[i].sheet->index = (uint32_t)scene->shape_count;
     enum status status = STATUS_OK;
     for (size_t i = 0; status == STATUS_OK && i < scene->emitter_count; ++i)
         status = emitter_make_ready(scene, i, context, error);

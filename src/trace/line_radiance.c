@@ -224,7 +224,8 @@ rgb trace_line_transmittance(const struct scene *scene, const struct ray *straig
             vec2 u = sampler_2d(sampler);
             if (!surface_sample_bsdf(&surface, wi, (vec3){u.x, u.y, sampler_1d(sampler)}, TRANSPORT_RADIANCE, &sample))
                 return rgb_gray(0);
-            if (vec3_dot(sample.wo, surface.ng) * vec3_dot(wi, surface.ng) >= 0) return rgb_gray(0); // a reflection
+            bool reflects = vec3_dot(sample.wo, surface.ng) * vec3_dot(wi, surface.ng) >= 0;
+            if (reflects && cos_limit > 0) return rgb_gray(0);
             beta = rgb_mul(beta, sample.weight);
             wo = sample.wo;
         }

@@ -49,6 +49,6 @@ void trace_line_radiance(const struct scene *scene, const struct ray *ray, struc
 
 // A stochastic estimate of the transparency: the throughput of a path that crosses the lamp by transmission only and
 // leaves within cos >= cos_limit of ray->direction; 0 where it is reflected, absorbed or turned further; 1 where
-// nothing is hit.
+// nothing is hit. With a cos_limit that is not positive reflections count as well: -1 is all the light that leaves.
 rgb trace_line_transmittance(const struct scene *scene, const struct ray *ray, struct sampler *sampler, int max_depth,
                              float cos_limit);

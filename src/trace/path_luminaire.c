@@ -1,6 +1,6 @@
 // Path tracer: the baked lamps that a ray meets before its surface. Each adds its radiance, dimmed by the lamps in
 // front of it, and dims what comes after. Not met are: the lamp whose kept geometry the ray leaves (its own light is in
-// L, and the geometry itself does the dimming), and on rays that look at it a lamp that shows its real geometry or its
+// L, and the geometry itself does the dimming, or its sheet is left), and on rays that look at it a lamp that shows its real geometry or its
 // hull. A path that ends on a lamp's kept geometry gets that lamp's L wherever on the chord the surface stands, and no
 // T.
 #include "trace/path_state.h"
@@ -46,10 +46,33 @@ static rgb visibility_beyond(const struct path_tracer *tracer, const struct path
     return lamp_view_visibility(tracer->scene, tracer->hidden, &view, &rest);
 }
 
+// Light that the lamp stops is scattered, by chance: the path then ends its edge there. *u: used up by degrees.
+static bool path_scatters_at_lamp(const struct path_tracer *tracer, struct path *path, const struct crossing *crossing,
+                                  float *u) {
+    const struct luminaire_instance *instance = &tracer->scene->luminaires[crossing->luminaire];
+    const rgb through = rgb_mul(path->beta, crossing->transmittance), stopped = rgb_sub(path->beta, through);
+    float scatters = 0, chance = 0;
+    if (instance->sheet)
+        scatters = rgb_luminance(rgb_mul(stopped, bsdf_albedo(instance->sheet->bsdf, (vec2){0, 0})));
+    if (scatters > 0) chance = scatters / (scatters + rgb_luminance(through));
+    path->beta = rgb_scale(through, chance < 1 ? 1 / (1 - chance) : 0);
+    if (*u >= chance) {
+        *u = chance > 0 ? (*u - chance) / (1 - chance) : *u;
+        return false;
+    }
+    path->beta = rgb_scale(stopped, 1 / chance);
+    luminaire_sheet_hit(instance, &path->ray, crossing->t_mid, &path->surface);
+    path->status = PATH_SCATTERS;
+    path->fork = fork_none();
+    return true;
+}
+
 static void path_meet(const struct path_tracer *tracer, struct path_worker *worker, struct crossing *crossings,
                       size_t count) {
     if (count > 1) qsort(crossings, count, sizeof *crossings, crossing_order);
     struct path *path = &worker->paths[crossings[0].item];
+    struct sampler sampler = path_sampler(path, PATH_DIMENSION_SHEET);
+    float u = sampler_1d(&sampler);
     for (size_t i = 0; i < count; i++) {
         const struct crossing *crossing = &crossings[i];
         float weight = path_crossing_weight(tracer, path, crossing);
@@ -60,7 +83,7 @@ static void path_meet(const struct path_tracer *tracer, struct path_worker *work
             path_record_lamp(path, contribution, crossing->t_mid);
             path_add(worker, path, contribution);
         }
-        path->beta = rgb_mul(path->beta, crossing->transmittance);
+        if (crossing->wants_transmittance && path_scatters_at_lamp(tracer, path, crossing, &u)) return;
     }
 }
 

@@ -28,7 +28,8 @@ enum path_dimension {
     PATH_DIMENSION_LIGHT_THIRD = 5,
     PATH_DIMENSION_ROULETTE = 6,
     PATH_DIMENSIONS_PER_EDGE = 7,
-    PATH_DIMENSION_MIRROR = 1 << 16 // beyond all others: three, the choice and the light sample
+    PATH_DIMENSION_MIRROR = 1 << 16, // beyond all others: three, the choice and the light sample
+    PATH_DIMENSION_SHEET = PATH_DIMENSION_MIRROR + 3
 };
 
 enum path_status { PATH_DONE, PATH_MISSES, PATH_PASSES, PATH_SCATTERS };
@@ -195,6 +196,12 @@ rgb path_response(const struct path *path, vec3 direction, float *pdf_bsdf);
 // Light by a ray that scattering gave, which the particles of caustic.h bring.
 static inline bool path_is_caustic(const struct path_tracer *tracer, const struct path *path) {
     return tracer->caustic && path->may_be_caustic && path->pdf == 0;
+}
+
+// Scattered by a lamp without geometry.
+static inline bool path_is_at_sheet(const struct path_tracer *tracer, const struct path *path) {
+    const int i = path->surface.shape->luminaire;
+    return i >= 0 && path->surface.shape == tracer->scene->luminaires[i].sheet;
 }
 
 static inline struct sampler path_sampler(const struct path *path, enum path_dimension dimension) {
