@@ -90,6 +90,10 @@ SCONCE_API void sconce_luminaire_sample(const struct sconce_luminaire *luminaire
                                         const float (*u)[3], float (*direction)[3], float *pdf_sa);
 SCONCE_API void sconce_luminaire_pdf(const struct sconce_luminaire *luminaire, size_t n, const float (*s)[3],
                                      const float (*direction)[3], float *pdf_sa);
+// What the lamp does to the room's light that meets it from all sides and is not let through (1 - T): the shares that
+// it scatters back and onward, in [0,1]; the rest is absorbed. sconce's path tracer lets (1 - T) of a ray scatter so,
+// by a cosine, at the middle of the chord between t_near and t_far; 0 in files of versions that did not measure it.
+SCONCE_API void sconce_luminaire_scattering(const struct sconce_luminaire *luminaire, float back[3], float onward[3]);
 // Total emitted flux per channel. Metadata by key (docs/luminaire-format.md), NULL where absent; owned by the
 // luminaire.
 SCONCE_API void sconce_luminaire_flux(const struct sconce_luminaire *luminaire, float flux[3]);

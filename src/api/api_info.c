@@ -25,7 +25,8 @@ static enum status info_luminaire(const char *path, json_t *json, struct error *
     struct luminaire *luminaire;
     enum status status = luminaire_load(&luminaire, path, error);
     if (status) return status;
-    float center[3], radius, flux[3];
+    float center[3], radius, flux[3], back[3], onward[3];
+    luminaire_scattering(luminaire, back, onward);
     luminaire_bounds(luminaire, center, &radius);
     luminaire_flux(luminaire, flux);
     json_object_set_new(json, "kind", json_string("luminaire"));
@@ -34,6 +35,7 @@ static enum status info_luminaire(const char *path, json_t *json, struct error *
     json_object_set_new(json, "radius", json_real((double)radius));
     json_object_set_new(json, "flux", triple(flux));
     json_object_set_new(json, "lumens", json_real((double)luminous_flux(flux)));
+    json_object_set_new(json, "scatters", json_pack("{s:o, s:o}", "back", triple(back), "onward", triple(onward)));
     json_t *groups = json_array();
     for (size_t g = 0; g < luminaire_group_count(luminaire); g++) {
         const char *name = luminaire_group(luminaire, g, flux);

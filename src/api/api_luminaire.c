@@ -47,6 +47,10 @@ void sconce_luminaire_pdf(const struct sconce_luminaire *luminaire, size_t n, co
     luminaire_pdf(inner(luminaire), n, s, direction, pdf_sa);
 }
 
+void sconce_luminaire_scattering(const struct sconce_luminaire *luminaire, float back[3], float onward[3]) {
+    luminaire_scattering(inner(luminaire), back, onward);
+}
+
 void sconce_luminaire_flux(const struct sconce_luminaire *luminaire, float flux[3]) {
     luminaire_flux(inner(luminaire), flux);
 }

@@ -1,5 +1,5 @@
-// What becomes of the room's light that a lamp stops: a white shade sends much of it back, black iron none. Without it a
-// baked lamp swallows 1 to 3 % of a furnished room's light.
+// What becomes of the room's light that a lamp stops: a white shade sends much of it back, black iron none. Without it
+// a baked lamp swallows 1 to 3 % of a furnished room's light.
 #pragma once
 
 #include "bake/gather.h"

@@ -35,10 +35,11 @@ static bool scatter_sample(const struct bsdf *bsdf, const struct bsdf_point *poi
     vec3 wo = warp_cosine_hemisphere((vec2){u.x, u.y});
     const float pdf = (back ? share : 1 - share) * wo.z * INV_PI_F;
     if ((wi.z < 0) == back) wo.z = -wo.z;
-    *sample = (struct bsdf_sample){.wo = wo,
-                                   .weight = rgb_scale(back ? self->back : self->onward, 1 / (back ? share : 1 - share)),
-                                   .pdf = pdf,
-                                   .eta = 1};
+    *sample =
+        (struct bsdf_sample){.wo = wo,
+                             .weight = rgb_scale(back ? self->back : self->onward, 1 / (back ? share : 1 - share)),
+                             .pdf = pdf,
+                             .eta = 1};
     return pdf > 0;
 }
 

@@ -89,8 +89,7 @@ static rgb particle_trace(void *user, int x, int y, uint64_t pass, const struct 
         if (event == WALK_ESCAPED) return seen;
         if (event == WALK_PASSED) continue;
         if (vertex.depth >= state->max_depth) return seen;
-        if (vertex.flags & BSDF_SMOOTH)
-            connect(state, &vertex, &sampler, splats);
+        if (vertex.flags & BSDF_SMOOTH) connect(state, &vertex, &sampler, splats);
         if (vertex.depth + 1 >= state->max_depth || !walk_scatter(&walk, &vertex, &sampler, state->scene->rr_depth))
             return seen;
     }

@@ -1,8 +1,8 @@
 // Path tracer: the baked lamps that a ray meets before its surface. Each adds its radiance, dimmed by the lamps in
 // front of it, and dims what comes after. Not met are: the lamp whose kept geometry the ray leaves (its own light is in
-// L, and the geometry itself does the dimming, or its sheet is left), and on rays that look at it a lamp that shows its real geometry or its
-// hull. A path that ends on a lamp's kept geometry gets that lamp's L wherever on the chord the surface stands, and no
-// T.
+// L, and the geometry itself does the dimming, or its sheet is left), and on rays that look at it a lamp that shows its
+// real geometry or its hull. A path that ends on a lamp's kept geometry gets that lamp's L wherever on the chord the
+// surface stands, and no T.
 #include "trace/path_state.h"
 
 #include <stdlib.h>
@@ -52,8 +52,7 @@ static bool path_scatters_at_lamp(const struct path_tracer *tracer, struct path 
     const struct luminaire_instance *instance = &tracer->scene->luminaires[crossing->luminaire];
     const rgb through = rgb_mul(path->beta, crossing->transmittance), stopped = rgb_sub(path->beta, through);
     float scatters = 0, chance = 0;
-    if (instance->sheet)
-        scatters = rgb_luminance(rgb_mul(stopped, bsdf_albedo(instance->sheet->bsdf, (vec2){0, 0})));
+    if (instance->sheet) scatters = rgb_luminance(rgb_mul(stopped, bsdf_albedo(instance->sheet->bsdf, (vec2){0, 0})));
     if (scatters > 0) chance = scatters / (scatters + rgb_luminance(through));
     path->beta = rgb_scale(through, chance < 1 ? 1 / (1 - chance) : 0);
     if (*u >= chance) {

@@ -7,10 +7,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "bake/lamp_proxy.h"
 #include "bake/survey.h"
+#include "scene_from_text.h"
 
 #define BULB                                                                                                           \
     "<shape type=\"sphere\"><float name=\"radius\" value=\"0.1\"/>"                                                    \
@@ -26,18 +26,9 @@ struct flux {
 };
 
 static struct flux trace_both(const char *body, struct flux *by_camera, float *clear_share) {
-    char path[] = "/tmp/sconce_gather_XXXXXX.xml";
-    int descriptor = mkstemps(path, 4);
-    assert_true(descriptor >= 0);
-    dprintf(descriptor, "<scene version=\"3.0.0\">%s</scene>", body);
-    close(descriptor);
-    struct run run = {.threads = 2, .seed = 3};
-    struct scene_options options = {.lamp_only = true, .threads = 2};
     struct scene scene;
     struct error error = {.text = ""};
-    enum status loaded = scene_load(&scene, path, &options, &run, &error);
-    unlink(path);
-    if (loaded != STATUS_OK) fail_msg("%s", error.text);
+    if (scene_from_text(&scene, body, &error) != STATUS_OK) fail_msg("%s", error.text);
     struct lamp lamp = {.scene = &scene, .seed = 3, .threads = 2};
     assert_int_equal(lamp_proxy_fit(&lamp.proxy, &scene, BAKE_PROXY_AUTO, NULL, NULL, &error), STATUS_OK);
     assert_int_equal(proxy_shape_init(&lamp.shape, &lamp.proxy, &error), STATUS_OK);
@@ -132,8 +123,45 @@ static void frosted_glass(void **state) {
     assert_true(clear < 0.7f);
 }
 
+// A diffuse ball of reflectance 1/2: half of the light that meets it leaves; how much of that onward follows from the
+// phase function of a Lambertian sphere, sin a + (pi - a) cos a at the angle a between the two directions (Schoenberg
+// 1925).
+static void light_leaves_a_ball(void **state) {
+    (void)state;
+    struct scene scene;
+    struct error error = {0};
+    assert_int_equal(scene_from_text(&scene, SHELL("<bsdf type=\"diffuse\"/>"), &error), STATUS_OK);
+    struct lamp lamp = {.scene = &scene, .seed = 3, .threads = 2};
+    assert_int_equal(lamp_proxy_fit(&lamp.proxy, &scene, BAKE_PROXY_AUTO, NULL, NULL, &error), STATUS_OK);
+    assert_int_equal(proxy_shape_init(&lamp.shape, &lamp.proxy, &error), STATUS_OK);
+    enum { N = 100000 };
+    struct line_sample *lines = calloc(N, sizeof *lines);
+    assert_non_null(lines);
+    double mean[3] = {0}; // through, all, onward
+    for (int kind = 0; kind < 3; kind++) {
+        if (kind == 0)
+            gather_transmittance(lines, &lamp, STREAM_SCATTERING, 0, N, 1, 0, NULL);
+        else
+            gather_escapes(lines, &lamp, STREAM_SCATTERING, N, kind == 2);
+        for (size_t i = 0; i < N; i++) mean[kind] += (double)lines[i].target[1] / N;
+    }
+    double side[2] = {0, 0}; // back, onward
+    for (int i = 0; i < 10000; i++) {
+        const double a = M_PI * (i + 0.5) / 10000;
+        side[a > M_PI / 2] += (sin(a) + (M_PI - a) * cos(a)) * sin(a);
+    }
+    const double stopped = 1 - mean[0], noise = 1 / sqrt(N);
+    assert_true(stopped > 0.9);
+    assert_true(fabs(mean[1] - mean[0] - 0.5 * stopped) < 1e-4);
+    assert_true(fabs(mean[2] - mean[0] - 0.5 * stopped * side[1] / (side[0] + side[1])) < noise);
+    assert_true(mean[2] - mean[0] > 10 * noise);
+    free(lines);
+    proxy_shape_fini(&lamp.shape);
+    scene_fini(&scene);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(bare_bulb), cmocka_unit_test(clear_glass),
-                                       cmocka_unit_test(frosted_glass)};
+                                       cmocka_unit_test(frosted_glass), cmocka_unit_test(light_leaves_a_ball)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

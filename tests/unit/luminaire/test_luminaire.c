@@ -339,6 +339,9 @@ static void test_file_round_trip(void **state) {
         close(file);
         struct error error = {0};
         struct luminaire *made = make_luminaire(&proxies[k], k != 2), *loaded;
+        const float back[3] = {0.5f, 0.25f, 1}, onward[3] = {0.5f, 0, 0}, more[3] = {0.25f, 0.25f, 0.25f};
+        assert_int_equal(luminaire_set_scattering(made, back, onward, &error), STATUS_OK);
+        assert_int_equal(luminaire_set_scattering(made, back, more, &error), STATUS_INVALID);
         assert_int_equal(luminaire_save(made, path, &error), STATUS_OK);
         enum status status = luminaire_load(&loaded, path, &error);
         if (status) printf("%s\n", error.text);
@@ -348,6 +351,10 @@ static void test_file_round_trip(void **state) {
         float flux[3];
         luminaire_flux(loaded, flux);
         assert_true(flux[0] == 1 && flux[1] == 2 && flux[2] == 3);
+        float shares[2][3];
+        luminaire_scattering(loaded, shares[0], shares[1]);
+        assert_memory_equal(shares[0], back, sizeof back);
+        assert_memory_equal(shares[1], onward, sizeof onward);
         struct probes probes = probe_lines(&proxies[k]);
         compare_luminaires(made, loaded, &probes);
         luminaire_destroy(made);
