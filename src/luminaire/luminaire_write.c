@@ -19,7 +19,8 @@ struct writer {
     struct safetensors file;
     struct tensor tensors[MAX_TENSORS];
     char names[MAX_TENSORS][40];
-    float proxy[PROXY_NUMBERS], flux[3], scattering[2][3], group_flux[LUMINAIRE_MAX_GROUPS][3], transparency[NET_NUMBERS];
+    float proxy[PROXY_NUMBERS], flux[3], scattering[2][3], group_flux[LUMINAIRE_MAX_GROUPS][3],
+        transparency[NET_NUMBERS];
     struct emission_numbers emissions[LUMINAIRE_MAX_GROUPS];
     struct hull_numbers hull;
     char groups[LUMINAIRE_MAX_GROUPS * LUMINAIRE_NAME_SIZE];

@@ -21,11 +21,20 @@ struct case_ {
         worst; // a block's standard error may be this share of its own or the image's mean, else the test says nothing
 };
 static const struct case_ cases[] = {
-    {"box_area", 128, 64, 512, 0.1},      {"rough_lamp", 512, 128, 512, 0.1}, {"glass_shell", 0, 384, 1024, 0.1},
-    {"textured_lamp", 128, 64, 512, 0.1}, {"spot", 128, 64, 512, 0.1},        {"point", 128, 64, 512, 0.1},
-    {"envmap", 256, 128, 1024, 0.1},      {"constant", 128, 64, 1024, 0.1},   {"thinlens", 128, 64, 512, 0.1},
-    {"orthographic", 128, 64, 512, 0.1},  {"mask", 128, 64, 512, 0.1},      {"mirror", 512, 128, 512, 0.1},
-    {"glass_shell_mirror", 0, 384, 1024, 0.1}, {"mirrors_coat_mask", 512, 128, 0, 0.1},
+    {"box_area", 128, 64, 512, 0.1},
+    {"rough_lamp", 512, 128, 512, 0.1},
+    {"glass_shell", 0, 384, 1024, 0.1},
+    {"textured_lamp", 128, 64, 512, 0.1},
+    {"spot", 128, 64, 512, 0.1},
+    {"point", 128, 64, 512, 0.1},
+    {"envmap", 256, 128, 1024, 0.1},
+    {"constant", 128, 64, 1024, 0.1},
+    {"thinlens", 128, 64, 512, 0.1},
+    {"orthographic", 128, 64, 512, 0.1},
+    {"mask", 128, 64, 512, 0.1},
+    {"mirror", 512, 128, 512, 0.1},
+    {"glass_shell_mirror", 0, 384, 1024, 0.1},
+    {"mirrors_coat_mask", 512, 128, 0, 0.1},
 };
 
 static double z_limit(double chance, int tests) { // two-sided, by bisection of erfc

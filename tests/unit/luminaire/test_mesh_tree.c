@@ -97,8 +97,8 @@ static struct meeting meet(size_t triangle, vec3 origin, vec3 direction) {
         p[c][2] = ((double)v[z] - o[z]) / d[z];
         p[c][0] = (double)v[x] - o[x] - d[x] * p[c][2];
         p[c][1] = (double)v[y] - o[y] - d[y] * p[c][2];
-        meeting.from = fmin(meeting.from, p[c][2]-hair);
-        meeting.to = fmax(meeting.to, p[c][2]+hair);
+        meeting.from = fmin(meeting.from, p[c][2] - hair);
+        meeting.to = fmax(meeting.to, p[c][2] + hair);
     }
     for (int c = 0; c < 3; c++) {
         const double *a = p[(c + 1) % 3], *b = p[(c + 2) % 3];
