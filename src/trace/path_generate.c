@@ -28,6 +28,7 @@ void path_generate(const struct path_tracer *tracer, struct path_worker *worker,
             path->look = true;
             path->through = -1;
             path->may_be_caustic = false;
+            path->from_sheet = false;
             path->passed = false;
             path->has_from = false;
             path->dimmed = false;

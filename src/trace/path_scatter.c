@@ -29,7 +29,8 @@ static bool path_bounce(const struct path_tracer *tracer, struct path_worker *wo
     path->look = path->look && sample.delta;
     path->through = -1;
     if (path->depth == 0) path->may_be_caustic = !sample.delta && path->vertex.live < 0;
-    if (path_is_at_sheet(tracer, path)) path->may_be_caustic = false; // which no particle meets
+    if (!sample.delta) path->from_sheet = path_is_at_sheet(tracer, path);
+    if (path->from_sheet) path->may_be_caustic = false; // for no particle meets a sheet
     path->depth++;
     *direction = sample.wo;
     if (rgb_is_black(path->beta) || !path_play_roulette(tracer, path, incoming)) return false;

@@ -62,6 +62,7 @@ struct path {
     bool look; // camera ray, or delta scattering only since
     int through; // luminaire whose hull the ray has passed and does not meet again, or -1
     bool may_be_caustic; // the first vertex is in the class of caustic.h
+    bool from_sheet; // the last scattering that was no delta was a lamp's sheet
     bool passed; // went on through a surface since `vertex`
     bool has_from;
     bool dimmed; // by a lamp since `vertex`
