@@ -39,6 +39,7 @@ TABLE = {
     "constant": ("path", 512, {"path": 512, "bdpt": 256}),
     "thinlens": ("ptracer", 512, {"particle": 512}),
     "orthographic": ("path", 512, {"path": 512, "bdpt": 256, "particle": 1024}),
+    "mirror": ("path", 5120, {"bdpt": 1024, "particle": 1024}),
 }
 # Circles of pixels (x, y, radius) that see the lamp itself or its glint are left out where they hold most of the noise.
 LAMPS = {"rough_lamp": [(20.5, 19.9, 6.5), (14.2, 22.4, 2.5)], "flower": [(32, 24, 32 * 0.16)]}
