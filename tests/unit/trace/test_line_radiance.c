@@ -138,7 +138,9 @@ static void test_transmittance(void **unused) {
         "</bsdf></shape>" GLOW;
     assert_float_equal(transmittance(mask, (vec3){0, 0, 3}, (vec3){0, 0, -1}, 0.9f), 0.7, 0.01);
     const char *mirror = "<shape type='rectangle'><bsdf type='conductor'/></shape>" GLOW;
-    assert_float_equal(transmittance(mirror, (vec3){0, 0, 3}, (vec3){0, 0, -1}, -1), 0, 0);
+    assert_float_equal(transmittance(mirror, (vec3){0, 0, 3}, (vec3){0, 0, -1}, 0.01f), 0, 0);
+    assert_float_equal(transmittance(mirror, (vec3){0, 0, 3}, (vec3){0, 0, -1}, 0), 0, 0); // back, not onward
+    assert_float_equal(transmittance(mirror, (vec3){0, 0, 3}, (vec3){0, 0, -1}, -1), 1, 0); // all that leaves
 }
 
 int main(void) {
