@@ -5,7 +5,6 @@
 #include <stdlib.h>
 
 #include "trace/film_sample.h"
-#include "trace/mirror_link.h"
 #include "trace/splat_pass.h"
 
 struct bdpt_state {
@@ -30,9 +29,7 @@ static size_t trace_light(const struct bdpt *bdpt, struct sampler *sampler, stru
         if (event == WALK_PASSED) continue;
         if (vertex->depth >= bdpt->max_depth) return count;
         if (vertex->flags & BSDF_SMOOTH) {
-            if (splats) bdpt_connect_camera(bdpt->scene, &bdpt->camera, vertex, true, sampler, splats);
-            if (splats && vertex->depth + 2 <= bdpt->max_depth)
-                bdpt_connect_mirrors(bdpt->scene, &bdpt->camera, &bdpt->mirrors, vertex, true, sampler, splats);
+            if (splats) bdpt_connect_camera(bdpt->scene, &bdpt->camera, vertex, bdpt->max_depth, true, sampler, splats);
             count++;
         }
         if (vertex->depth + 1 >= bdpt->max_depth || !walk_scatter(&walk, vertex, sampler, bdpt->scene->rr_depth))
@@ -46,7 +43,7 @@ static rgb trace_camera(const struct bdpt *bdpt, vec2 film, vec2 lens, struct sa
     struct vertex vertex;
     rgb sum = {0};
     if (bdpt->max_depth < 1) return sum;
-    camera_walk(&bdpt->camera, bdpt->scene, &bdpt->mirrors, film, lens, &walk);
+    camera_walk(&bdpt->camera, bdpt->scene, film, lens, &walk);
     for (;;) {
         enum walk_event event = walk_advance(&walk, sampler, &vertex);
         if (event == WALK_ESCAPED) return rgb_add(sum, bdpt_hit_environment(bdpt, &walk));
@@ -131,7 +128,6 @@ static enum status bdpt_create(const struct scene *scene, const struct run *run,
         return status;
     }
     camera_init(&bdpt->camera, scene);
-    camera_mirrors_find(&bdpt->mirrors, scene);
     bdpt_find_roulette_scale(state, run);
     *result = state;
     return STATUS_OK;

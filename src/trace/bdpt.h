@@ -13,7 +13,6 @@ struct bdpt {
     struct light_select *lights;
     struct light_source source;
     struct camera camera;
-    struct mirror_list mirrors;
     int max_depth; // edges, always bounded
     float roulette_scale; // brightness below which a connection is tested by chance only
 };
@@ -25,10 +24,7 @@ rgb bdpt_connect_vertices(const struct bdpt *bdpt, const struct vertex *camera, 
                           struct sampler *sampler);
 rgb bdpt_hit_light(const struct bdpt *bdpt, const struct walk *walk, const struct vertex *camera);
 rgb bdpt_hit_environment(const struct bdpt *bdpt, const struct walk *walk);
-// The light's vertex seen by the camera: `weighted` by multiple importance sampling, or alone (light tracing).
+// The light's vertex seen by the camera, directly and, where max_depth has an edge left, in its mirrors: `weighted` by
+// multiple importance sampling, or alone (light tracing).
 void bdpt_connect_camera(const struct scene *scene, const struct camera *camera, const struct vertex *light,
-                         bool weighted, struct sampler *sampler, struct splat_list *splats);
-// The same by way of every mirror.
-void bdpt_connect_mirrors(const struct scene *scene, const struct camera *camera, const struct mirror_list *mirrors,
-                          const struct vertex *light, bool weighted, struct sampler *sampler,
-                          struct splat_list *splats);
+                         int max_depth, bool weighted, struct sampler *sampler, struct splat_list *splats);

@@ -138,8 +138,8 @@ static rgb camera_value(const struct vertex *light, const struct camera_link *li
     return rgb_scale(value, (float)(1 / (1 + mis(traced) * (light->d_vcm + light->d_vc * mis(reverse)))));
 }
 
-void bdpt_connect_camera(const struct scene *scene, const struct camera *camera, const struct vertex *light,
-                         bool weighted, struct sampler *sampler, struct splat_list *splats) {
+static void connect_directly(const struct scene *scene, const struct camera *camera, const struct vertex *light,
+                             bool weighted, struct sampler *sampler, struct splat_list *splats) {
     const struct surface *surface = &light->surface;
     struct camera_link link;
     if (!camera_connect(camera, surface->p, sampler_2d(sampler), &link)) return;
@@ -152,15 +152,21 @@ void bdpt_connect_camera(const struct scene *scene, const struct camera *camera,
               rgb_mul(value, segment_absorption(surface, NULL, link.direction, link.distance)));
 }
 
-void bdpt_connect_mirrors(const struct scene *scene, const struct camera *camera, const struct mirror_list *mirrors,
-                          const struct vertex *light, bool weighted, struct sampler *sampler,
-                          struct splat_list *splats) {
-    for (size_t i = 0; i < mirrors->count; i++) {
+static void connect_in_mirrors(const struct scene *scene, const struct camera *camera, const struct vertex *light,
+                               bool weighted, struct sampler *sampler, struct splat_list *splats) {
+    for (size_t i = 0; i < camera->mirrors.count; i++) {
         struct mirror_link link;
-        if (!mirror_link_find(&mirrors->mirrors[i], camera, light->surface.p, sampler_2d(sampler), &link)) continue;
+        if (!mirror_link_find(&camera->mirrors.mirrors[i], camera, light->surface.p, sampler_2d(sampler), &link))
+            continue;
         rgb value = camera_value(light, &link.camera, link.direction, weighted);
         if (!(rgb_max(value) > 0)) continue;
-        value = rgb_mul(value, mirror_link_transmits(&link, mirrors, scene, &light->surface, sampler));
+        value = rgb_mul(value, mirror_link_transmits(&link, camera, scene, &light->surface, sampler));
         splat_add(splats, camera->sensor, link.camera.film, value);
     }
+}
+
+void bdpt_connect_camera(const struct scene *scene, const struct camera *camera, const struct vertex *light,
+                         int max_depth, bool weighted, struct sampler *sampler, struct splat_list *splats) {
+    connect_directly(scene, camera, light, weighted, sampler, splats);
+    if (light->depth + 2 <= max_depth) connect_in_mirrors(scene, camera, light, weighted, sampler, splats);
 }

@@ -1,30 +1,21 @@
 #include "trace/mirror_link.h"
 
-void camera_mirrors_find(struct mirror_list *list, const struct scene *scene) {
-    list->count = 0;
-    if (scene->sensor->far_clip > 4 * scene->bounds.radius) mirrors_find(list, scene, MIRROR_COATED);
-}
-
 bool mirror_link_find(const struct mirror *mirror, const struct camera *camera, vec3 p, vec2 lens,
                       struct mirror_link *link) {
     const vec3 image = mirror_image(mirror, p);
     link->mirror = mirror;
-    if (!camera_connect(camera, image, lens, &link->camera)) return false;
-    const float away = vec3_dot(vec3_sub(mirror->p, image), mirror->n),
-                along = vec3_dot(link->camera.direction, mirror->n);
-    if (!(away * along > 0)) return false;
-    link->distance = away / along;
-    const vec3 met = vec3_mad(link->camera.direction, link->distance, image);
-    if (!(link->distance < link->camera.reach) || !mirror_spans(mirror, met)) return false;
-    link->direction = vec3_normalize(vec3_sub(met, p));
-    return true;
+    return camera_connect(camera, image, lens, &link->camera) &&
+           mirror_way(mirror, p, link->camera.direction, &link->distance, &link->direction) &&
+           link->distance < link->camera.reach &&
+           mirror_spans(mirror, vec3_mad(link->camera.direction, link->distance, image));
 }
 
-rgb mirror_link_transmits(const struct mirror_link *link, const struct mirror_list *list, const struct scene *scene,
+rgb mirror_link_transmits(const struct mirror_link *link, const struct camera *camera, const struct scene *scene,
                           const struct surface *surface, struct sampler *sampler) {
     struct ray ray = surface_spawn_ray(surface, link->direction);
     struct surface met;
-    if (!scene_intersect(scene, &ray, -1, &met) || mirror_at(list, &met) != link->mirror) return rgb_gray(0);
+    if (!scene_intersect(scene, &ray, -1, &met) || mirror_at(&camera->mirrors, &met) != link->mirror)
+        return rgb_gray(0);
     const vec3 wi = vec3_neg(link->direction);
     const vec2 u = sampler_2d(sampler);
     struct bsdf_sample sample;

@@ -13,13 +13,11 @@ struct mirror_link {
     float distance; // from the point to the mirror
 };
 
-// The mirrors by way of which cameras are linked; none where far_clip could cut a way.
-void camera_mirrors_find(struct mirror_list *list, const struct scene *scene);
 // False: the camera is not seen in this mirror, were nothing in between.
 bool mirror_link_find(const struct mirror *mirror, const struct camera *camera, vec3 p, vec2 lens,
                       struct mirror_link *link);
 // What arrives at the camera of the light that leaves `surface` along the link: reflectance, surfaces in between,
 // absorption. Black where the mirror is not the first surface that is met. Where a BSDF has other lobes, the reflection
 // is chosen by chance.
-rgb mirror_link_transmits(const struct mirror_link *link, const struct mirror_list *list, const struct scene *scene,
+rgb mirror_link_transmits(const struct mirror_link *link, const struct camera *camera, const struct scene *scene,
                           const struct surface *surface, struct sampler *sampler);

@@ -31,6 +31,17 @@ static inline vec3 mirror_image(const struct mirror *mirror, vec3 p) {
     return vec3_mad(mirror->n, -2 * vec3_dot(vec3_sub(p, mirror->p), mirror->n), p);
 }
 
+// Where the line from an image meets the mirror's plane, and the unit direction there from the point itself. False:
+// the plane is not in front.
+static inline bool mirror_way(const struct mirror *mirror, vec3 p, vec3 from_image, float *distance, vec3 *direction) {
+    const vec3 image = mirror_image(mirror, p);
+    const float along = vec3_dot(from_image, mirror->n), away = vec3_dot(vec3_sub(mirror->p, image), mirror->n);
+    if (!(away * along > 0)) return false;
+    *distance = away / along;
+    *direction = vec3_normalize(vec3_sub(vec3_mad(from_image, *distance, image), p));
+    return true;
+}
+
 static inline bool mirror_reflects(const struct surface *surface, vec3 wi, const struct bsdf_sample *sample) {
     return sample->delta && vec3_dot(surface->ng, wi) * vec3_dot(surface->ng, sample->wo) > 0;
 }

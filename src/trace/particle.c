@@ -13,7 +13,6 @@ struct particle_state {
     const struct scene *scene;
     struct light_source source;
     struct camera camera;
-    struct mirror_list mirrors;
     struct splat_pass pass;
     int max_depth;
 };
@@ -42,13 +41,14 @@ static void splat_emitter(const struct particle_state *state, const struct walk 
 static void splat_emitter_in_mirrors(const struct particle_state *state, const struct walk *walk,
                                      struct sampler *sampler, struct splat_list *splats) {
     const struct surface *surface = &walk->emission->surface;
-    for (size_t i = 0; i < state->mirrors.count; i++) {
+    for (size_t i = 0; i < state->camera.mirrors.count; i++) {
         struct mirror_link link;
-        if (!mirror_link_find(&state->mirrors.mirrors[i], &state->camera, surface->p, sampler_2d(sampler), &link))
+        if (!mirror_link_find(&state->camera.mirrors.mirrors[i], &state->camera, surface->p, sampler_2d(sampler),
+                              &link))
             continue;
         rgb value = emitter_value(walk, &link.camera, link.direction);
         if (!(rgb_max(value) > 0)) continue;
-        value = rgb_mul(value, mirror_link_transmits(&link, &state->mirrors, state->scene, surface, sampler));
+        value = rgb_mul(value, mirror_link_transmits(&link, &state->camera, state->scene, surface, sampler));
         splat_add(splats, state->scene->sensor, link.camera.film, value);
     }
 }
@@ -62,13 +62,6 @@ static rgb see_environment(const struct particle_state *state, int x, int y, str
     sensor->type->sample_ray(sensor, film, sampler_2d(sampler), &ray);
     return rgb_mul(scene_visibility(state->scene, &ray, -1),
                    environment->type->eval(environment, NULL, vec3_neg(ray.direction)));
-}
-
-static void connect(const struct particle_state *state, const struct vertex *vertex, struct sampler *sampler,
-                    struct splat_list *splats) {
-    bdpt_connect_camera(state->scene, &state->camera, vertex, false, sampler, splats);
-    if (vertex->depth + 2 <= state->max_depth)
-        bdpt_connect_mirrors(state->scene, &state->camera, &state->mirrors, vertex, false, sampler, splats);
 }
 
 static rgb particle_trace(void *user, int x, int y, uint64_t pass, const struct run *run, int worker,
@@ -89,7 +82,8 @@ static rgb particle_trace(void *user, int x, int y, uint64_t pass, const struct 
         if (event == WALK_ESCAPED) return seen;
         if (event == WALK_PASSED) continue;
         if (vertex.depth >= state->max_depth) return seen;
-        if (vertex.flags & BSDF_SMOOTH) connect(state, &vertex, &sampler, splats);
+        if (vertex.flags & BSDF_SMOOTH)
+            bdpt_connect_camera(state->scene, &state->camera, &vertex, state->max_depth, false, &sampler, splats);
         if (vertex.depth + 1 >= state->max_depth || !walk_scatter(&walk, &vertex, &sampler, state->scene->rr_depth))
             return seen;
     }
@@ -124,7 +118,6 @@ static enum status particle_create(const struct scene *scene, const struct run *
         return status;
     }
     camera_init(&state->camera, scene);
-    camera_mirrors_find(&state->mirrors, scene);
     *result = state;
     return STATUS_OK;
 }

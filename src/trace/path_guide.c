@@ -28,7 +28,9 @@ struct path_guide {
     struct moments scattered, direct; // of the light in the paths heard of, relative to their pixels
     size_t heard;
     float share; // guided, of the paths at a broadly scattering surface
-    float *guided; // for every shape of the scene (parts of hulls: none): the share of its paths that it may direct
+    // For every shape of the scene the share of its paths that it may direct; parts of hulls are not in it, and the
+    // sheets of lamps are the one beyond, 0.
+    float *guided;
 };
 
 // Less for deltas and narrow lobes, which the guide would miss; none for what transmits, whose other side it does not

@@ -49,11 +49,9 @@ void path_mirror_sample(const struct path_tracer *tracer, struct path_worker *wo
                         const struct luminaire_request *request, vec3 direction, float pdf_light) {
     const struct path *path = &worker->paths[request->path];
     const struct mirror *mirror = request->mirror;
-    const vec3 image = mirror_image(mirror, path->surface.p);
-    const float along = vec3_dot(direction, mirror->n), away = vec3_dot(vec3_sub(mirror->p, image), mirror->n);
-    if (!(away * along > 0)) return;
-    const vec3 towards = vec3_normalize(vec3_sub(vec3_mad(direction, away / along, image), path->surface.p));
-    float pdf_bsdf;
+    vec3 towards;
+    float to_plane, pdf_bsdf;
+    if (!mirror_way(mirror, path->surface.p, direction, &to_plane, &towards)) return;
     rgb response = path_response(path, towards, &pdf_bsdf);
     if (rgb_is_black(response)) return;
     struct ray ray = surface_spawn_ray(&path->surface, towards);
@@ -72,7 +70,10 @@ void path_mirror_sample(const struct path_tracer *tracer, struct path_worker *wo
     if (!crossing_find(&tracer->scene->luminaires[request->luminaire], &ray, &t_mid)) return;
     ray.t_max = t_mid;
     const float weight = path_light_weight(tracer, pdf_light, pdf_bsdf, false);
-    worker->shadows[worker->shadow_count++] =
-        (struct shadow){request->path,      request->luminaire, ray, rgb_scale(response, weight / pdf_light),
-                        .viewpoint = image, .sharp = false};
+    worker->shadows[worker->shadow_count++] = (struct shadow){request->path,
+                                                              request->luminaire,
+                                                              ray,
+                                                              rgb_scale(response, weight / pdf_light),
+                                                              .viewpoint = mirror_image(mirror, path->surface.p),
+                                                              .sharp = false};
 }

@@ -84,6 +84,7 @@ struct camera {
     const struct sensor *sensor;
     bool parallel; // all rays have one direction (orthographic)
     float crop_share; // of the crop in the full film, by area
+    struct mirror_list mirrors; // in which it is linked, see mirror_link.h; none where far_clip could cut a way
 };
 struct camera_link { // the camera seen from a point
     vec3 direction; // unit, towards the camera
@@ -93,7 +94,5 @@ struct camera_link { // the camera seen from a point
     float pdf; // the same as a density of camera rays of the crop
 };
 void camera_init(struct camera *camera, const struct scene *scene);
-// `mirrors`: NULL, or those by way of which the camera is linked too.
-void camera_walk(const struct camera *camera, const struct scene *scene, const struct mirror_list *mirrors, vec2 film,
-                 vec2 lens, struct walk *walk);
+void camera_walk(const struct camera *camera, const struct scene *scene, vec2 film, vec2 lens, struct walk *walk);
 bool camera_connect(const struct camera *camera, vec3 p, vec2 lens, struct camera_link *link);

@@ -64,12 +64,12 @@ void camera_init(struct camera *camera, const struct scene *scene) {
     sensor->type->sample_ray(sensor, (vec2){0.75f, 0.5f}, (vec2){0.5f, 0.5f}, &b);
     camera->parallel =
         vec3_length(vec3_sub(a.direction, b.direction)) < 1e-4f && vec3_length(vec3_sub(a.origin, b.origin)) > 0;
+    if (sensor->far_clip > 4 * scene->bounds.radius) mirrors_find(&camera->mirrors, scene, MIRROR_COATED);
 }
 
-void camera_walk(const struct camera *camera, const struct scene *scene, const struct mirror_list *mirrors, vec2 film,
-                 vec2 lens, struct walk *walk) {
+void camera_walk(const struct camera *camera, const struct scene *scene, vec2 film, vec2 lens, struct walk *walk) {
     *walk = (struct walk){.scene = scene,
-                          .mirrors = mirrors,
+                          .mirrors = &camera->mirrors,
                           .transport = TRANSPORT_RADIANCE,
                           .beta = {1, 1, 1},
                           .start = 1,
