@@ -224,7 +224,7 @@ def measure(scene, options):
         sconce("render", room, f"-Dlamp={lamp}", "-o", references["real"], "-i", reference_integrator(scene), *size,
                "-s", options.reference, "--seed", 1000000)
     if not references["sphere"].exists():
-        sconce("render", with_sphere, "-o", references["sphere"], "-i", "path", *size, "-s", options.reference / 5, "--seed", 1000000)
+        sconce("render", with_sphere, "-o", references["sphere"], "-i", "path", "--exact", *size, "-s", options.reference / 5, "--seed", 1000000)
     contenders = {
         "ours": ("real", ours_runs(folder, "ours", room, "path", BIAS_SHOWS * options.seconds, f"-Dlamp={baked}")),
         "ours bdpt": ("real", ours_runs(folder, "bdpt", room, "bdpt", options.seconds, f"-Dlamp={lamp}")),

@@ -1,9 +1,9 @@
 // Speed and efficiency of the integrators on one scene, on one thread:
 //   bench_transport SCENE.xml [PASSES [WIDTHxHEIGHT [INTEGRATOR [LAMP]]]]     (LAMP: value of the scene's "lamp")
-// prints for each integrator paths per CPU second and relMSE x CPU seconds (mean over pixels of variance / (mean^2 +
-// 1e-3), times the time it took: what is left does not depend on the number of passes, less is better), then, unless
-// one integrator is named, for the scene as a lamp its particles per CPU second; of the path tracer also the share of
-// each stage in its time. Built on request: ninja bench_transport.
+// prints for each integrator, and for path without the cache of radiance ("exact"), paths per CPU second and relMSE x CPU
+// seconds (mean over pixels of variance / (mean^2 + 1e-3), times the time it took: what is left does not depend on the
+// number of passes, less is better), then, unless one integrator is named, for the scene as a lamp its particles per CPU
+// second; of the path tracer also the share of each stage in its time. Built on request: ninja bench_transport.
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,8 +12,8 @@
 #include "trace/particle_exit.h"
 #include "trace/path_state.h"
 
-static int render(const struct scene *scene, const struct integrator_type *type, int passes, const struct run *run,
-                  struct error *error) {
+static int render(const struct scene *scene, const struct integrator_type *type, const char *name, int passes,
+                  const struct run *run, struct error *error) {
     void *state = NULL;
     struct film film = {0};
     struct image image = {0};
@@ -32,7 +32,7 @@ static int render(const struct scene *scene, const struct integrator_type *type,
         mean += value / (3 * (double)count);
         relative += (double)pixel[3 + i % 3] / (value * value + 1e-3) / (3 * (double)count);
     }
-    printf("%-9s %7.3f Mpaths/s   mean %.5g   relMSE x CPU s %.5g\n", type->name,
+    printf("%-9s %7.3f Mpaths/s   mean %.5g   relMSE x CPU s %.5g\n", name,
            (double)count * passes / seconds * 1e-6, mean, relative * seconds);
     if (type == &path_integrator) {
         const struct path_worker *worker = ((const struct path_tracer *)state)->workers;
@@ -73,7 +73,7 @@ int main(int argument_count, char **arguments) {
     int passes = argument_count > 2 ? atoi(arguments[2]) : 64, failed = 0;
     const char *only = argument_count > 4 ? arguments[4] : NULL;
     struct definition lamp = {"lamp", argument_count > 5 ? arguments[5] : ""};
-    struct scene_options options = {.threads = 1, .skip_missing = true};
+    struct scene_options options = {.threads = 1, .skip_missing = true, .cache_radiance = true};
     if (argument_count > 3) sscanf(arguments[3], "%dx%d", &options.width, &options.height);
     if (argument_count > 5) {
         options.definitions = &lamp;
@@ -85,7 +85,10 @@ int main(int argument_count, char **arguments) {
     }
     for (size_t i = 0; scene.sensor && integrator_table[i] && !failed; i++)
         if (!only || strcmp(only, integrator_table[i]->name) == 0)
-            failed = render(&scene, integrator_table[i], passes, &run, &error);
+            failed = render(&scene, integrator_table[i], integrator_table[i]->name, passes, &run, &error);
+    scene.cache_radiance = false;
+    if (scene.sensor && !failed && (!only || strcmp(only, "exact") == 0))
+        failed = render(&scene, &path_integrator, "exact", passes, &run, &error);
     scene_fini(&scene);
     if (only && !failed) return 0;
     if (!failed &&

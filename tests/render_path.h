@@ -9,6 +9,7 @@ struct path_test {
     int passes, threads;
     uint64_t seed;
     bool forgetful; // every pass is rendered as if it were the first
+    bool cache; // paths may end in the cache of radiance
 };
 
 static inline void render_path(const char *xml, const struct path_test *test, struct rendering *result,
@@ -17,6 +18,7 @@ static inline void render_path(const char *xml, const struct path_test *test, st
     struct error error = {0};
     const struct run run = {.threads = test->threads, .seed = test->seed};
     if (scene_from_document(&scene, xml, &error) != STATUS_OK) fail_msg("%s", error.text);
+    scene.cache_radiance = test->cache;
     void *state;
     struct film film;
     assert_int_equal(film_init(&film, scene.sensor, &error), STATUS_OK);

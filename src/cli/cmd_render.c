@@ -8,7 +8,7 @@ struct render_input {
     struct sconce_render_options options;
 };
 
-enum { KEY_SPP = 2000, KEY_SIZE, KEY_MAX_DEPTH, KEY_EXPOSURE, KEY_MASK, KEY_PNG, KEY_UNBIASED };
+enum { KEY_SPP = 2000, KEY_SIZE, KEY_MAX_DEPTH, KEY_EXPOSURE, KEY_MASK, KEY_PNG, KEY_EXACT, KEY_UNBIASED };
 
 static const struct argp_option OPTIONS[] = {
     {"output", 'o', "FILE", 0, "the picture: .exr (with each pixel's variance) or .png; default SCENE.exr", 1},
@@ -17,6 +17,7 @@ static const struct argp_option OPTIONS[] = {
     {"seconds", 's', "S", 0, "as many samples as fit in this time instead", 1},
     {"size", KEY_SIZE, "WxH", 0, "pixels (default: the scene's)", 1},
     {"max-depth", KEY_MAX_DEPTH, "N", 0, "longest path in edges, -1: no limit (default: the scene's)", 1},
+    {"exact", KEY_EXACT, 0, 0, "path: follow every path to its end, share no light between them", 1},
     {"unbiased", KEY_UNBIASED, 0, 0, "trace the geometry of baked lamps too, so that their errors cancel in the mean",
      1},
     {"exposure", KEY_EXPOSURE, "X", 0, "factor before conversion to .png (default: automatic)", 1},
@@ -52,6 +53,9 @@ static error_t parse(int key, char *argument, struct argp_state *state) {
         return 0;
     case KEY_MAX_DEPTH:
         o->max_depth = (int)option_number(state, argument, "--max-depth", -1, 1e6);
+        return 0;
+    case KEY_EXACT:
+        o->exact = true;
         return 0;
     case KEY_UNBIASED:
         o->unbiased = true;

@@ -58,7 +58,8 @@ static enum status key_make(char *key, size_t size, const struct figure_kit *kit
 
 static enum status scene_prepare(struct scene *scene, const struct figure_kit *kit, const struct render_request *r,
                                  const struct definition_list *definitions, struct error *error) {
-    struct scene_options options = {.definitions = definitions->entries,
+    struct scene_options options = {.cache_radiance = true,
+                                    .definitions = definitions->entries,
                                     .definition_count = definitions->count,
                                     .width = r->width,
                                     .height = r->height,

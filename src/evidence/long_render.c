@@ -96,7 +96,8 @@ static enum status job_save(struct long_job *job, double cpu_s, struct error *er
 
 static enum status job_load_scene(struct long_job *job, int kept, struct error *error) {
     const struct long_render *request = job->request;
-    struct scene_options options = {.definitions = request->definitions,
+    struct scene_options options = {.cache_radiance = true,
+                                    .definitions = request->definitions,
                                     .definition_count = request->definition_count,
                                     .width = request->width,
                                     .height = request->height,

@@ -15,15 +15,11 @@ static void meet_luminaires(const struct path_tracer *tracer, struct path_worker
         path_luminaire(tracer, worker);
 }
 
-const struct path_stage path_stages[PATH_STAGES + 1] = {{"intersect", path_intersect},
-                                                        {"luminaire", meet_luminaires},
-                                                        {"view", path_view},
-                                                        {"hit", path_hit},
-                                                        {"light", path_light},
-                                                        {"shadow", path_shadow},
-                                                        {"arrive", path_arrive},
-                                                        {"scatter", path_scatter},
-                                                        {NULL, NULL}};
+const struct path_stage path_stages[PATH_STAGES + 1] = {{"intersect", path_intersect}, {"luminaire", meet_luminaires},
+                                                        {"view", path_view},           {"hit", path_hit},
+                                                        {"cache", path_cache},         {"light", path_light},
+                                                        {"shadow", path_shadow},       {"arrive", path_arrive},
+                                                        {"scatter", path_scatter},     {NULL, NULL}};
 
 static void worker_fini(struct path_worker *worker) {
     free(worker->paths);
@@ -64,12 +60,20 @@ static void tracer_destroy(void *state) {
     if (!tracer) return;
     for (int i = 0; tracer->workers && i < tracer->worker_count; i++) worker_fini(&tracer->workers[i]);
     free(tracer->workers);
+    free(tracer->lobes);
     free(tracer->expected);
     path_guide_destroy(tracer->guide);
+    radiance_cache_destroy(tracer->cache);
     light_select_destroy(tracer->lights);
     caustic_destroy(tracer->caustic);
     residual_destroy(tracer->residual);
     free(tracer);
+}
+
+// What the cache holds knows no longest path.
+static bool may_cache(const struct scene *scene) {
+    enum { long_enough = 16 };
+    return scene->cache_radiance && !scene->unbiased && (scene->max_depth < 0 || scene->max_depth >= long_enough);
 }
 
 enum status path_create(const struct scene *scene, const struct run *run, enum path_strategy strategy, void **state,
@@ -81,7 +85,8 @@ enum status path_create(const struct scene *scene, const struct run *run, enum p
     struct path_tracer *tracer = calloc(1, sizeof *tracer);
     int count = run->threads < 1 ? 1 : run->threads;
     if (tracer) tracer->workers = calloc((size_t)count, sizeof *tracer->workers);
-    if (!tracer || !tracer->workers) {
+    if (tracer) tracer->lobes = calloc(scene->shape_count + 1, sizeof *tracer->lobes);
+    if (!tracer || !tracer->workers || !tracer->lobes) {
         tracer_destroy(tracer);
         return error_set(error, STATUS_MEMORY, "out of memory for the path tracer");
     }
@@ -89,8 +94,11 @@ enum status path_create(const struct scene *scene, const struct run *run, enum p
     tracer->strategy = strategy;
     tracer->hidden = scene_has_hidden_geometry(scene);
     tracer->worker_count = count;
+    for (size_t i = 0; i < scene->shape_count; i++) tracer->lobes[i] = lobe_shape_measure(scene->shapes[i]->bsdf);
     enum status status = light_select_create(&tracer->lights, scene, error);
-    if (status == STATUS_OK) status = path_guide_create(&tracer->guide, scene, error);
+    if (status == STATUS_OK) status = path_guide_create(&tracer->guide, error);
+    if (status == STATUS_OK && strategy == PATH_MIS && may_cache(scene))
+        status = radiance_cache_create(&tracer->cache, scene, error);
     if (status == STATUS_OK && scene->unbiased) status = residual_create(&tracer->residual, scene, error);
     if (status == STATUS_OK && strategy == PATH_MIS)
         status = caustic_create(&tracer->caustic, scene, tracer->residual, run, error);
@@ -124,10 +132,11 @@ static void trace_tile(void *user, size_t tile, int worker_index) {
     for (size_t i = 0; i < count; i++) {
         const struct path *path = &worker->paths[i];
         path_record_end(tracer, path);
+        const rgb radiance = path_cache_end(tracer, path);
         float *pixel = &tracer->film->pass[3 * (size_t)path->pixel];
-        pixel[0] = path->radiance.r;
-        pixel[1] = path->radiance.g;
-        pixel[2] = path->radiance.b;
+        pixel[0] = radiance.r;
+        pixel[1] = radiance.g;
+        pixel[2] = radiance.b;
     }
 }
 
@@ -144,6 +153,7 @@ static enum status render_pass(void *state, struct film *film, uint64_t pass, co
     if (!tracer->expected) return error_set(error, STATUS_MEMORY, "out of memory for a film of %zu pixels", pixels);
     path_expect(tracer);
     path_guide_learn(tracer);
+    if (tracer->cache) radiance_cache_learn(tracer->cache);
     tracer->tiles_x = (film->width + PATH_TILE - 1) / PATH_TILE;
     size_t tiles = (size_t)tracer->tiles_x * (size_t)((film->height + PATH_TILE - 1) / PATH_TILE);
     parallel_for(run->threads < tracer->worker_count ? run->threads : tracer->worker_count, tiles, trace_tile, tracer);

@@ -34,6 +34,9 @@ void path_generate(const struct path_tracer *tracer, struct path_worker *worker,
             path->dimmed = false;
             path->samples_mirrors = false;
             path->mirror_pdf = 0;
+            path->spread = path->pdf_spread = path->unfolded = 0;
+            path->cached = path->marked = path->shows = false;
+            path->mark_count = 0;
             path->record.state = RECORD_NONE;
             worker->active[count] = count;
         }

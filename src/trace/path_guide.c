@@ -7,12 +7,11 @@
 
 #include <stdlib.h>
 
-enum { REPORTS_A_PASS = 1 << 13, RECORDS_KEPT = 1 << 15, FIRST_LESSON = 1 << 12, LOBE_SAMPLES = 64 };
+enum { REPORTS_A_PASS = 1 << 13, RECORDS_KEPT = 1 << 15, FIRST_LESSON = 1 << 12 };
 enum { LEAST_STRIDE = 2 }; // recording every path would cost a tenth of the time
 static const double outlier = 10; // of a path, relative to its pixel: more counts as this
 static const double least_gain = 0.2; // of the variance, for which the guide is worth its time
 static const float most_guided = 0.6f; // of the paths
-static const float broad = 0.2f; // [1/sr] mean density of a lobe that is as broad as a cosine
 
 struct moments {
     double sum, squares;
@@ -28,47 +27,19 @@ struct path_guide {
     struct moments scattered, direct; // of the light in the paths heard of, relative to their pixels
     size_t heard;
     float share; // guided, of the paths at a broadly scattering surface
-    // For every shape of the scene the share of its paths that it may direct; parts of hulls are not in it, and the
-    // sheets of lamps are the one beyond, 0.
-    float *guided;
 };
 
-// Less for deltas and narrow lobes, which the guide would miss; none for what transmits, whose other side it does not
-// look at.
-static float guided_share(const struct bsdf *bsdf) {
-    if (!(bsdf->flags & BSDF_SMOOTH) || (bsdf->flags & BSDF_TRANSMISSION)) return 0;
-    const struct bsdf_point point = {.uv = {0.5f, 0.5f}};
-    const vec3 wi = {0.6f, 0, 0.8f};
-    float density = 0;
-    int smooth = 0, count = 0;
-    for (uint64_t i = 0; i < LOBE_SAMPLES; i++) {
-        struct sampler sampler = sampler_make(0x6c6f6265, 0, i);
-        vec2 u = sampler_2d(&sampler);
-        struct bsdf_sample sample;
-        if (!bsdf_sample(bsdf, &point, wi, (vec3){u.x, u.y, sampler_1d(&sampler)}, TRANSPORT_RADIANCE, &sample))
-            continue;
-        count++;
-        if (sample.delta) continue;
-        smooth++;
-        density += sample.pdf;
-    }
-    if (!smooth || !(density > 0)) return 0;
-    return (float)smooth / (float)count * minf(broad * (float)smooth / density, 1);
-}
-
-enum status path_guide_create(struct path_guide **result, const struct scene *scene, struct error *error) {
+enum status path_guide_create(struct path_guide **result, struct error *error) {
     struct path_guide *guide = calloc(1, sizeof *guide);
     *result = guide;
     if (guide) {
-        guide->guided = calloc(scene->shape_count + 1, sizeof *guide->guided);
         guide->fresh = calloc(REPORTS_A_PASS + 1, sizeof *guide->fresh);
         guide->kept = calloc(RECORDS_KEPT, sizeof *guide->kept);
         guide->lesson = calloc(RECORDS_KEPT, sizeof *guide->lesson);
     }
-    if (!guide || !guide->guided || !guide->fresh || !guide->kept || !guide->lesson)
+    if (!guide || !guide->fresh || !guide->kept || !guide->lesson)
         return error_set(error, STATUS_MEMORY, "out of memory for the guide");
     guide->next_lesson = FIRST_LESSON;
-    for (size_t i = 0; i < scene->shape_count; i++) guide->guided[i] = guided_share(scene->shapes[i]->bsdf);
     return STATUS_OK;
 }
 
@@ -77,18 +48,20 @@ void path_guide_destroy(struct path_guide *guide) {
     free(guide->fresh);
     free(guide->kept);
     free(guide->lesson);
-    free(guide->guided);
     free(guide);
 }
 
 // --- Lessons ---
-static float guided_at(const struct path_guide *guide, const struct surface *surface) {
-    return surface->shape->hull ? 0 : guide->guided[surface->shape->index];
+// The share of the paths that the guide may direct: less for deltas and narrow lobes, which it would miss; none for
+// what transmits, whose other side it does not look at.
+static float guided_at(const struct path_tracer *tracer, const struct surface *surface) {
+    const struct lobe_shape lobes = path_lobes_at(tracer, surface);
+    return lobes.smooth * lobes.broadness;
 }
 
 bool path_guide_listens(const struct path_tracer *tracer, const struct path *path) {
     const struct path_guide *guide = tracer->guide;
-    return path->pixel % guide->stride == guide->phase && guided_at(guide, &path->surface) > 0;
+    return path->pixel % guide->stride == guide->phase && guided_at(tracer, &path->surface) > 0;
 }
 
 struct path_report *path_guide_report(const struct path_tracer *tracer, const struct path *path) {
@@ -174,7 +147,7 @@ bool path_scatter_sample(const struct path_tracer *tracer, const struct path *pa
     const float u_third = sampler_float_from_bits((uint32_t)(more >> 32));
     const float u_guide = sampler_float_from_bits((uint32_t)more);
     const struct guide *guide = &tracer->guide->guide;
-    const float share = tracer->guide->share * guided_at(tracer->guide, &path->surface);
+    const float share = tracer->guide->share * guided_at(tracer, &path->surface);
     const vec3 wi = vec3_neg(path->ray.direction), ng = path->surface.ng;
     struct guide_view view;
     *incoming = 0;

@@ -52,6 +52,7 @@ void path_hit(const struct path_tracer *tracer, struct path_worker *worker) {
         }
         path->beta = rgb_mul(path->beta, segment_absorption(path->has_from ? &path->from : NULL, &path->surface,
                                                             path->ray.direction, path->surface.t));
+        path->unfolded += path->surface.t;
         int live = live_at_surface(tracer, path);
         meet_emitter(tracer, worker, path, live);
         path_record_hit(path);

@@ -112,7 +112,8 @@ void path_light(const struct path_tracer *tracer, struct path_worker *worker) {
     for (size_t i = 0; i < worker->active_count; i++) {
         const uint32_t index = worker->active[i];
         const struct path *path = &worker->paths[index];
-        if (path->status != PATH_SCATTERS || !(surface_bsdf_flags(&path->surface) & BSDF_SMOOTH)) continue;
+        if (path->cached || path->status != PATH_SCATTERS || !(surface_bsdf_flags(&path->surface) & BSDF_SMOOTH))
+            continue;
         choose_light(tracer, worker, index);
         if (path_samples_mirrors(tracer, path))
             worker->requests[worker->request_count++] = path_mirror_request(tracer, path, index);

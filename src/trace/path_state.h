@@ -1,5 +1,5 @@
 // What the stages of the path tracer share. A block of paths (one tile of the film) goes through
-//   generate, then until none is left: intersect, luminaire, view, hit, light, shadow, arrive, scatter
+//   generate, then until none is left: intersect, luminaire, view, hit, cache, light, shadow, arrive, scatter
 // one stage for all paths at a time, so that the queries of baked luminaires come in batches. One worker owns one
 // block.
 #pragma once
@@ -9,12 +9,14 @@
 #include "trace/fork.h"
 #include "trace/guide.h"
 #include "trace/light_select.h"
+#include "trace/lobe_shape.h"
 #include "trace/luminaire_crossing.h"
 #include "trace/path.h"
 #include "trace/mirror_list.h"
+#include "trace/radiance_cache.h"
 #include "trace/residual.h"
 
-enum { PATH_STAGES = 8, PATH_TILE = 32, PATH_BLOCK = PATH_TILE * PATH_TILE };
+enum { PATH_STAGES = 9, PATH_TILE = 32, PATH_BLOCK = PATH_TILE * PATH_TILE };
 
 // Random dimensions of one path: the camera's, then a fixed share for every edge.
 enum path_dimension {
@@ -47,6 +49,11 @@ struct path_record {
     float lamp, lamp_distance; // light met on the chain itself
 };
 
+struct path_mark { // of a vertex, when the path has ended the cache is told what arrived there
+    struct cache_cells cells;
+    rgb before, response; // the path's radiance; its weight for uniform light
+};
+
 struct path {
     struct ray ray;
     struct sampler sampler;
@@ -70,6 +77,14 @@ struct path {
     float mirror_pdf; // [1/sr] of the direction at `from` that led to the mirror where the ray starts; 0: none
     vec3 mirrored; // the image of `from` then
     struct path_record record;
+    float spread; // [length] the path's footprint at the surface, by scattering that was no delta
+    float pdf_spread, unfolded; // [1/sr] of the last such direction, 0: none since; [length] from there
+    bool cached; // the light at the vertex came from the cache, but for what a delta brings
+    bool marked; // the last mark is the vertex's
+    bool shows; // `shown` in place of `radiance`, which is told only
+    rgb shown;
+    int mark_count;
+    struct path_mark marks[CACHE_TOLD];
     struct fork fork; // at `surface`
     struct surface from; // where the ray starts; only with has_from
     struct surface surface; // where it ends, unless PATH_MISSES
@@ -101,9 +116,12 @@ struct path_worker {
 
 struct path_tracer {
     const struct scene *scene;
+    // Of every shape of the scene; parts of hulls are not in it, and the sheets of lamps are the one beyond, 0.
+    struct lobe_shape *lobes;
     struct light_select *lights;
     struct caustic *caustic; // or NULL
     struct path_guide *guide;
+    struct radiance_cache *cache; // or NULL
     struct mirror_list mirrors;
     struct residual *residual; // or NULL: baked lamps are as their models say
     enum path_strategy strategy;
@@ -138,6 +156,7 @@ void path_intersect(const struct path_tracer *tracer, struct path_worker *worker
 void path_luminaire(const struct path_tracer *tracer, struct path_worker *worker);
 void path_view(const struct path_tracer *tracer, struct path_worker *worker);
 void path_hit(const struct path_tracer *tracer, struct path_worker *worker);
+void path_cache(const struct path_tracer *tracer, struct path_worker *worker);
 void path_light(const struct path_tracer *tracer, struct path_worker *worker);
 // In their place with tracer->residual; of the light samples, those of one lamp whose directions are drawn.
 void path_luminaire_residual(const struct path_tracer *tracer, struct path_worker *worker);
@@ -166,9 +185,14 @@ void path_mirror_sample(const struct path_tracer *tracer, struct path_worker *wo
 void path_mirror_scatter(const struct path_tracer *tracer, struct path *path, const struct bsdf_sample *sample);
 float path_mirror_weight(const struct path_tracer *tracer, const struct path *path, const struct crossing *crossing);
 
+// The cache of radiance, see path_cache.c. False: the path has ended with what the cache knew. At the end: what the
+// picture gets.
+bool path_cache_scatter(const struct path_tracer *tracer, struct path *path, const struct bsdf_sample *sample);
+rgb path_cache_end(const struct path_tracer *tracer, const struct path *path);
+
 // Guided scattering, see path_guide.c.
 struct path_guide;
-enum status path_guide_create(struct path_guide **guide, const struct scene *scene, struct error *error);
+enum status path_guide_create(struct path_guide **guide, struct error *error);
 void path_guide_destroy(struct path_guide *guide); // NULL is allowed
 void path_guide_learn(struct path_tracer *tracer); // before a pass
 // A direction from the BSDF or the guide; the weight is whole, the fork's included; pdf: of the BSDF alone. *incoming:
@@ -203,6 +227,10 @@ static inline bool path_is_caustic(const struct path_tracer *tracer, const struc
 static inline bool path_is_at_sheet(const struct path_tracer *tracer, const struct path *path) {
     const int i = path->surface.shape->luminaire;
     return i >= 0 && path->surface.shape == tracer->scene->luminaires[i].sheet;
+}
+
+static inline struct lobe_shape path_lobes_at(const struct path_tracer *tracer, const struct surface *surface) {
+    return surface->shape->hull ? (struct lobe_shape){0} : tracer->lobes[surface->shape->index];
 }
 
 static inline struct sampler path_sampler(const struct path *path, enum path_dimension dimension) {
