@@ -11,8 +11,8 @@
 struct integrator_type {
     const char *name, *help;
     // One pass (index `pass`) into film->pass. The result is a pure function of (scene, run->seed, pass) and, for path,
-    // of the passes that this state has rendered before (its roulette learns from them); for any number of threads:
-    // splats are gathered per block and added in block order. `state` is made by create, freed by destroy.
+    // of the passes that this state has rendered before (its roulette, guide and cache learn from them); for any number
+    // of threads: splats are gathered per block and added in block order. `state` is made by create, freed by destroy.
     enum status (*create)(const struct scene *scene, const struct run *run, void **state, struct error *error);
     enum status (*render_pass)(void *state, struct film *film, uint64_t pass, const struct run *run,
                                struct error *error);

@@ -96,6 +96,15 @@ class Program(unittest.TestCase):
             self.render(scene, "a.exr", "-i", integrator, "--seed", 8)
             self.assertNotEqual((self.path / "a.exr").read_bytes(), pictures[0], integrator)
 
+    def test_exact_shares_no_light(self):
+        walls = '<shape type="cube"><transform name="to_world"><scale value="5"/></transform><boolean name="flip_normals" value="true"/></shape>'
+        scene = self.write("room.xml", ROOM.replace('name="max_depth" value="6"', 'name="max_depth" value="-1"').replace("</scene>", walls + "</scene>"))
+        shared, exact = (json.loads(self.render(scene, name, "--json", "--spp", 64, "--seed", 3, *more).stdout)["mean"]
+                         for name, more in (("a.exr", ()), ("b.exr", ("--exact",))))
+        self.assertNotEqual(shared, exact)
+        for a, b in zip(shared, exact):
+            self.assertAlmostEqual(a, b, delta=0.03 * b)
+
     def test_size_override_keeps_the_picture(self):
         scene = self.write("room.xml", ROOM)
         means = [json.loads(self.render(scene, "a.exr", "--json", "--size", size, "--spp", 64).stdout)["mean"] for size in ("48x32", "24x16")]
