@@ -1,9 +1,9 @@
 // Speed and efficiency of the integrators on one scene, on one thread:
 //   bench_transport SCENE.xml [PASSES [WIDTHxHEIGHT [INTEGRATOR [LAMP]]]]     (LAMP: value of the scene's "lamp")
-// prints for each integrator, and for path without the cache of radiance ("exact"), paths per CPU second and relMSE x CPU
-// seconds (mean over pixels of variance / (mean^2 + 1e-3), times the time it took: what is left does not depend on the
-// number of passes, less is better), then, unless one integrator is named, for the scene as a lamp its particles per CPU
-// second; of the path tracer also the share of each stage in its time. Built on request: ninja bench_transport.
+// prints for each integrator, and for path without the cache of radiance ("exact"), paths per CPU second and relMSE x
+// CPU seconds (mean over pixels of variance / (mean^2 + 1e-3), times the time it took: what is left does not depend on
+// the number of passes, less is better), then, unless one integrator is named, for the scene as a lamp its particles
+// per CPU second; of the path tracer also the share of each stage in its time. Built on request: ninja bench_transport.
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -32,8 +32,8 @@ static int render(const struct scene *scene, const struct integrator_type *type,
         mean += value / (3 * (double)count);
         relative += (double)pixel[3 + i % 3] / (value * value + 1e-3) / (3 * (double)count);
     }
-    printf("%-9s %7.3f Mpaths/s   mean %.5g   relMSE x CPU s %.5g\n", name,
-           (double)count * passes / seconds * 1e-6, mean, relative * seconds);
+    printf("%-9s %7.3f Mpaths/s   mean %.5g   relMSE x CPU s %.5g\n", name, (double)count * passes / seconds * 1e-6,
+           mean, relative * seconds);
     if (type == &path_integrator) {
         const struct path_worker *worker = ((const struct path_tracer *)state)->workers;
         double sum = 0;

@@ -55,10 +55,7 @@ static enum status worker_init(struct caustic_worker *worker, const struct scene
 static double lamp_weight(const struct caustic *caustic, size_t luminaire) {
     const struct luminaire_instance *instance = &caustic->scene->luminaires[luminaire];
     if (caustic->residual) return residual_power(caustic->residual, (int)luminaire);
-    float flux[3];
-    luminaire_flux(instance->luminaire, flux);
-    rgb power = rgb_mul((rgb){flux[0], flux[1], flux[2]}, instance->dim);
-    return caustic->targets[luminaire].weight * (double)rgb_mean(power) * (double)sqrf(instance->scale);
+    return caustic->targets[luminaire].weight * (double)rgb_mean(luminaire_power(instance));
 }
 
 // Every lamp that lights a target gets its share, and at least one block.

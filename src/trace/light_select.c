@@ -8,6 +8,7 @@
 #include <stdlib.h>
 
 #include "math/distribution.h"
+#include "trace/luminaire_crossing.h"
 
 enum { estimate_limit = 32, bounds_samples = 16 };
 static const float uniform_share = 0.1f;
@@ -68,11 +69,9 @@ static void light_bound(struct light *light, const struct emitter *emitter) {
 }
 
 static void light_bound_luminaire(struct light *light, const struct luminaire_instance *instance) {
-    float center[3], radius, flux[3];
+    float center[3], radius;
     luminaire_bounds(instance->luminaire, center, &radius);
-    luminaire_flux(instance->luminaire, flux);
-    rgb power = rgb_mul(instance->dim, (rgb){flux[0], flux[1], flux[2]});
-    light->power = maxf(rgb_luminance(power), 0) * sqrf(instance->scale);
+    light->power = maxf(rgb_luminance(luminaire_power(instance)), 0);
     light->center = transform_point(&instance->to_world, (vec3){center[0], center[1], center[2]});
     light->extent2 = sqrf(radius * instance->scale);
 }

@@ -40,6 +40,12 @@ size_t crossing_batch_lines(const struct crossing_batch *batch) {
     return batch->luminaire_count ? batch->capacity / batch->luminaire_count : SIZE_MAX;
 }
 
+rgb luminaire_power(const struct luminaire_instance *instance) {
+    float flux[3];
+    luminaire_flux(instance->luminaire, flux);
+    return rgb_scale(rgb_mul(instance->dim, (rgb){flux[0], flux[1], flux[2]}), sqrf(instance->scale));
+}
+
 static vec3 rotate_scaled(const float m[4][4], vec3 v, float scale) {
     return (vec3){scale * (m[0][0] * v.x + m[0][1] * v.y + m[0][2] * v.z),
                   scale * (m[1][0] * v.x + m[1][1] * v.y + m[1][2] * v.z),

@@ -37,6 +37,8 @@ struct crossing *crossing_add(struct crossing_batch *batch, uint32_t item, uint3
 // Asks the luminaires and fills the answers (radiance has the instance's `dim` in it).
 void crossing_batch_answer(struct crossing_batch *batch, const struct scene *scene);
 
+// What the placed and dimmed lamp emits.
+rgb luminaire_power(const struct luminaire_instance *instance);
 vec3 luminaire_local_point(const struct luminaire_instance *instance, vec3 p);
 vec3 luminaire_local_direction(const struct luminaire_instance *instance, vec3 w); // unit stays unit
 vec3 luminaire_world_direction(const struct luminaire_instance *instance, vec3 w);

@@ -153,7 +153,7 @@ static enum status render_pass(void *state, struct film *film, uint64_t pass, co
     if (!tracer->expected) return error_set(error, STATUS_MEMORY, "out of memory for a film of %zu pixels", pixels);
     path_expect(tracer);
     path_guide_learn(tracer);
-    if (tracer->cache) radiance_cache_learn(tracer->cache);
+    path_cache_learn(tracer);
     tracer->tiles_x = (film->width + PATH_TILE - 1) / PATH_TILE;
     size_t tiles = (size_t)tracer->tiles_x * (size_t)((film->height + PATH_TILE - 1) / PATH_TILE);
     parallel_for(run->threads < tracer->worker_count ? run->threads : tracer->worker_count, tiles, trace_tile, tracer);

@@ -13,11 +13,16 @@ static const float footprint_cells = 4; // a footprint is wider than this number
 static const float least_response = 0.01f; // of a channel, relative to the strongest: what is told is divided by it
 static const float least_told = 0.125f; // share of the paths
 
-static bool tells(const struct path_tracer *tracer, const struct path *path) {
+void path_cache_learn(struct path_tracer *tracer) {
+    if (!tracer->cache) return;
+    radiance_cache_learn(tracer->cache);
     const float pixels = (float)tracer->film->width * (float)tracer->film->height;
-    const float share = minf(maxf(1 / (float)(tracer->pass + 1), least_told), CACHE_TELLERS / pixels);
+    tracer->tellers = minf(maxf(1 / (float)(tracer->pass + 1), least_told), CACHE_TELLERS / pixels);
+}
+
+static bool tells(const struct path_tracer *tracer, const struct path *path) {
     const uint64_t hash = sampler_mix(sampler_mix(tracer->pass) + path->pixel);
-    return sampler_float_from_bits((uint32_t)hash) < share;
+    return sampler_float_from_bits((uint32_t)hash) < tracer->tellers;
 }
 
 // The width over which the path may have met the surface, were its random numbers others.

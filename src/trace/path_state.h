@@ -136,6 +136,7 @@ struct path_tracer {
     int tiles_x;
     const struct run *run;
     bool cancelled;
+    float tellers; // share of the paths that tell the cache
     float *expected, typical; // by path_roulette.c: for every pixel, and of the whole picture
 };
 
@@ -185,10 +186,11 @@ void path_mirror_sample(const struct path_tracer *tracer, struct path_worker *wo
 void path_mirror_scatter(const struct path_tracer *tracer, struct path *path, const struct bsdf_sample *sample);
 float path_mirror_weight(const struct path_tracer *tracer, const struct path *path, const struct crossing *crossing);
 
-// The cache of radiance, see path_cache.c. False: the path has ended with what the cache knew. At the end: what the
-// picture gets.
+// The cache of radiance, see path_cache.c.
+void path_cache_learn(struct path_tracer *tracer); // before a pass
+// False: the path has ended with what the cache knew.
 bool path_cache_scatter(const struct path_tracer *tracer, struct path *path, const struct bsdf_sample *sample);
-rgb path_cache_end(const struct path_tracer *tracer, const struct path *path);
+rgb path_cache_end(const struct path_tracer *tracer, const struct path *path); // what the picture gets
 
 // Guided scattering, see path_guide.c.
 struct path_guide;

@@ -6,6 +6,8 @@
 
 #include <stdlib.h>
 
+#include "trace/luminaire_crossing.h"
+
 enum {
     LEVELS = 9, // of size, each half of the one before
     CELLS_ACROSS = 20, // the scene, of the largest
@@ -49,12 +51,8 @@ struct radiance_cache {
 static float light_power(const struct scene *scene) {
     float power = 0;
     for (size_t i = 0; i < scene->emitter_count; i++) power += maxf(rgb_luminance(scene->emitters[i]->power), 0);
-    for (size_t i = 0; i < scene->luminaire_count; i++) {
-        float flux[3];
-        luminaire_flux(scene->luminaires[i].luminaire, flux);
-        const rgb dimmed = rgb_mul(scene->luminaires[i].dim, (rgb){flux[0], flux[1], flux[2]});
-        power += maxf(rgb_luminance(dimmed), 0) * sqrf(scene->luminaires[i].scale);
-    }
+    for (size_t i = 0; i < scene->luminaire_count; i++)
+        power += maxf(rgb_luminance(luminaire_power(&scene->luminaires[i])), 0);
     return power > 0 && isfinite(power) ? power : 1;
 }
 
@@ -121,13 +119,14 @@ static uint64_t coordinate(float p, float corner, float width) {
 }
 
 // The level of the largest cell for a place; LEVELS: all are too large.
-static int first_level(const struct radiance_cache *cache, const struct cache_place *place, float *width) {
+static int first_level(const struct radiance_cache *cache, const struct cache_place *place) {
     int level = 0;
-    for (*width = cache->widest; *width > place->width && level < LEVELS; *width *= 0.5f) level++;
+    for (float width = cache->widest; width > place->width && level < LEVELS; width *= 0.5f) level++;
     return level;
 }
 
-static uint64_t cell_key(const struct radiance_cache *cache, const struct cache_place *place, int level, float width) {
+static uint64_t cell_key(const struct radiance_cache *cache, const struct cache_place *place, int level) {
+    const float width = ldexpf(cache->widest, -level);
     const vec3 n = place->n, a = {fabsf(n.x), fabsf(n.y), fabsf(n.z)};
     const int side = a.x >= a.y && a.x >= a.z ? n.x < 0 : a.y >= a.z ? 2 + (n.y < 0) : 4 + (n.z < 0);
     const uint64_t apart = (uint64_t)((level * 6 + side) * 2 + place->kind + 1);
@@ -143,11 +142,10 @@ static const struct answer *find_answer(const struct radiance_cache *cache, uint
 }
 
 bool radiance_cache_mean(const struct radiance_cache *cache, const struct cache_place *place, rgb *mean) {
-    float width;
-    const int first = first_level(cache, place, &width);
+    const int first = first_level(cache, place);
     if (!cache->answers) return false;
     for (int k = (first + CACHE_SIZES < LEVELS ? CACHE_SIZES : LEVELS - first) - 1; k >= 0; k--) {
-        const struct answer *answer = find_answer(cache, cell_key(cache, place, first + k, ldexpf(width, -k)));
+        const struct answer *answer = find_answer(cache, cell_key(cache, place, first + k));
         if (!answer || !(answer->count >= (float)(LEAST_TOLD << k))) continue;
         *mean = answer->mean;
         return true;
@@ -175,12 +173,10 @@ static int32_t find_or_make(struct radiance_cache *cache, uint64_t key) {
 }
 
 bool radiance_cache_cells(struct radiance_cache *cache, const struct cache_place *place, struct cache_cells *cells) {
-    float width;
-    const int first = first_level(cache, place, &width);
+    const int first = first_level(cache, place);
     for (int k = 0; k < CACHE_SIZES; k++) {
         cells->cells[k] = -1;
-        if (first + k < LEVELS)
-            cells->cells[k] = find_or_make(cache, cell_key(cache, place, first + k, ldexpf(width, -k)));
+        if (first + k < LEVELS) cells->cells[k] = find_or_make(cache, cell_key(cache, place, first + k));
     }
     return cells->cells[0] >= 0;
 }
