@@ -1,9 +1,10 @@
 // Speed and efficiency of the integrators on one scene, on one thread:
 //   bench_transport SCENE.xml [PASSES [WIDTHxHEIGHT [INTEGRATOR [LAMP]]]]     (LAMP: value of the scene's "lamp")
-// prints for each integrator, and for path without the cache of radiance ("exact"), paths per CPU second and relMSE x
-// CPU seconds (mean over pixels of variance / (mean^2 + 1e-3), times the time it took: what is left does not depend on
-// the number of passes, less is better), then, unless one integrator is named, for the scene as a lamp its particles
-// per CPU second; of the path tracer also the share of each stage in its time. Built on request: ninja bench_transport.
+// prints for each integrator, and for path without any sharing of light ("exact"), paths per CPU second and relMSE x
+// CPU seconds (mean over pixels of variance / (mean^2 + 1e-3), times the time it took: what is left does not depend
+// much on the number of passes, less is better; the variance is that between two seeds, for a picture's own knows
+// nothing of what pixels share), then, unless one integrator is named, for the scene as a lamp its particles per CPU
+// second; of the path tracer also the share of each stage in its time. Built on request: ninja bench_transport.
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,39 +13,50 @@
 #include "trace/particle_exit.h"
 #include "trace/path_state.h"
 
-static int render(const struct scene *scene, const struct integrator_type *type, const char *name, int passes,
-                  const struct run *run, struct error *error) {
+static enum status render(const struct scene *scene, const struct integrator_type *type, int passes, struct run *run,
+                          struct image *image, double *seconds, double stage_s[PATH_STAGES], struct error *error) {
     void *state = NULL;
     struct film film = {0};
-    struct image image = {0};
-    double begin = clock_cpu_s(), relative = 0, mean = 0;
-    if (film_init(&film, scene->sensor, error) || type->create(scene, run, &state, error)) return 1;
-    for (int pass = 0; pass < passes; pass++) {
-        if (type->render_pass(state, &film, (uint64_t)pass, run, error)) return 1;
-        film_end_pass(&film, 1);
+    const double begin = clock_cpu_s();
+    enum status status = film_init(&film, scene->sensor, error);
+    if (!status) status = type->create(scene, run, &state, error);
+    for (int pass = 0; !status && pass < passes; pass++) {
+        status = type->render_pass(state, &film, (uint64_t)pass, run, error);
+        if (!status) film_end_pass(&film, 1);
     }
-    double seconds = clock_cpu_s() - begin;
-    if (film_image(&film, &image, error)) return 1;
-    size_t count = (size_t)film.width * (size_t)film.height;
-    for (size_t i = 0; i < 3 * count; i++) {
-        const float *pixel = image.pixels + i / 3 * 6;
-        double value = (double)pixel[i % 3];
-        mean += value / (3 * (double)count);
-        relative += (double)pixel[3 + i % 3] / (value * value + 1e-3) / (3 * (double)count);
-    }
-    printf("%-9s %7.3f Mpaths/s   mean %.5g   relMSE x CPU s %.5g\n", name, (double)count * passes / seconds * 1e-6,
-           mean, relative * seconds);
-    if (type == &path_integrator) {
-        const struct path_worker *worker = ((const struct path_tracer *)state)->workers;
-        double sum = 0;
-        for (int i = 0; i < PATH_STAGES; i++) sum += worker->stage_s[i];
-        for (int i = 0; i < PATH_STAGES; i++)
-            printf("  %-10s %5.1f %%\n", path_stages[i].name, 100 * worker->stage_s[i] / sum);
-    }
-    image_fini(&image);
-    type->destroy(state);
+    if (!status) status = integrator_image(type, state, &film, 1, image, error);
+    *seconds += clock_cpu_s() - begin;
+    for (int i = 0; i < PATH_STAGES && !status && type == &path_integrator; i++)
+        stage_s[i] += ((const struct path_tracer *)state)->workers->stage_s[i];
+    if (state) type->destroy(state);
     film_fini(&film);
-    return 0;
+    return status;
+}
+
+static enum status measure(const struct scene *scene, const struct integrator_type *type, const char *name, int passes,
+                           struct error *error) {
+    struct image images[2] = {0};
+    double seconds = 0, mean = 0, relative = 0, stage_s[PATH_STAGES] = {0}, stages_s = 0;
+    enum status status = STATUS_OK;
+    for (int i = 0; i < 2 && !status; i++) {
+        struct run run = {.threads = 1, .seed = (uint64_t)i + 1};
+        status = render(scene, type, passes, &run, &images[i], &seconds, stage_s, error);
+    }
+    const size_t count = (size_t)images[0].width * (size_t)images[0].height;
+    for (size_t i = 0; i < 3 * count && !status; i++) {
+        const double a = (double)images[0].pixels[i / 3 * 6 + i % 3], b = (double)images[1].pixels[i / 3 * 6 + i % 3];
+        const double level = 0.5 * (a + b);
+        mean += level / (3 * (double)count);
+        relative += 0.5 * (a - b) * (a - b) / (level * level + 1e-3) / (3 * (double)count);
+    }
+    if (!status)
+        printf("%-9s %7.3f Mpaths/s   mean %.5g   relMSE x CPU s %.5g\n", name,
+               2 * (double)count * passes / seconds * 1e-6, mean, 0.5 * relative * seconds);
+    for (int i = 0; i < PATH_STAGES; i++) stages_s += stage_s[i];
+    for (int i = 0; i < PATH_STAGES && stages_s > 0; i++)
+        printf("  %-10s %5.1f %%\n", path_stages[i].name, 100 * stage_s[i] / stages_s);
+    for (int i = 0; i < 2; i++) image_fini(&images[i]);
+    return status;
 }
 
 static void exits(const struct scene *scene) {
@@ -73,7 +85,7 @@ int main(int argument_count, char **arguments) {
     int passes = argument_count > 2 ? atoi(arguments[2]) : 64, failed = 0;
     const char *only = argument_count > 4 ? arguments[4] : NULL;
     struct definition lamp = {"lamp", argument_count > 5 ? arguments[5] : ""};
-    struct scene_options options = {.threads = 1, .skip_missing = true, .cache_radiance = true};
+    struct scene_options options = {.threads = 1, .skip_missing = true, .share_light = true};
     if (argument_count > 3) sscanf(arguments[3], "%dx%d", &options.width, &options.height);
     if (argument_count > 5) {
         options.definitions = &lamp;
@@ -85,10 +97,10 @@ int main(int argument_count, char **arguments) {
     }
     for (size_t i = 0; scene.sensor && integrator_table[i] && !failed; i++)
         if (!only || strcmp(only, integrator_table[i]->name) == 0)
-            failed = render(&scene, integrator_table[i], integrator_table[i]->name, passes, &run, &error);
-    scene.cache_radiance = false;
+            failed = measure(&scene, integrator_table[i], integrator_table[i]->name, passes, &error) != STATUS_OK;
+    scene.share_light = false;
     if (scene.sensor && !failed && (!only || strcmp(only, "exact") == 0))
-        failed = render(&scene, &path_integrator, "exact", passes, &run, &error);
+        failed = measure(&scene, &path_integrator, "exact", passes, &error) != STATUS_OK;
     scene_fini(&scene);
     if (only && !failed) return 0;
     if (!failed &&

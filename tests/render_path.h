@@ -9,7 +9,7 @@ struct path_test {
     int passes, threads;
     uint64_t seed;
     bool forgetful; // every pass is rendered as if it were the first
-    bool cache; // paths may end in the cache of radiance
+    bool share; // paths may end in the cache of radiance, and pixels share light
 };
 
 static inline void render_path(const char *xml, const struct path_test *test, struct rendering *result,
@@ -18,7 +18,7 @@ static inline void render_path(const char *xml, const struct path_test *test, st
     struct error error = {0};
     const struct run run = {.threads = test->threads, .seed = test->seed};
     if (scene_from_document(&scene, xml, &error) != STATUS_OK) fail_msg("%s", error.text);
-    scene.cache_radiance = test->cache;
+    scene.share_light = test->share;
     void *state;
     struct film film;
     assert_int_equal(film_init(&film, scene.sensor, &error), STATUS_OK);
@@ -32,7 +32,7 @@ static inline void render_path(const char *xml, const struct path_test *test, st
         film_end_pass(&film, 1);
     }
     *dropped = path_dropped(state);
-    assert_int_equal(rendering_from_film(result, &film, &error), STATUS_OK);
+    assert_int_equal(rendering_from_film(result, &path_integrator, state, &film, &error), STATUS_OK);
     path_integrator.destroy(state);
     film_fini(&film);
     scene_fini(&scene);

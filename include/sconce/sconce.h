@@ -181,9 +181,10 @@ struct sconce_render_options {
     int width, height; // 0: the scene's
     int max_depth; // 0: the scene's; -1: unlimited
     bool skip_missing;
-    // Integrator "path" follows every path to its end. Without, and where max_depth is 16 or more or unlimited, a path
-    // may end at the second surface that scatters it, or later, with the light that others found to arrive there: less
-    // noise in less time, for a small error that falls with the samples (docs/design.md, section 4).
+    // Integrator "path" shares no light. Without, pixels that see one surface side by side share what they find to
+    // arrive there as far as their samples cannot tell it apart, and, where max_depth is 16 or more or unlimited, a path
+    // may end at the second surface that scatters it, or later, with the light that others found there: less noise in
+    // less time, for a small error that falls with the samples (docs/design.md, section 4).
     bool exact;
     // Full transport in the mean, whatever the baked lamps' errors: integrator "path" traces the geometry they were
     // baked from and uses their light fields to aim its samples and to take noise out of them. Errors: that geometry is

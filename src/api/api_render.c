@@ -23,7 +23,7 @@ enum sconce_status sconce_render(const struct sconce_render_options *options, co
     struct scene_options load = {.definitions = (const struct definition *)options->definitions,
                                  .definition_count = options->definition_count,
                                  .skip_missing = options->skip_missing,
-                                 .cache_radiance = !options->exact,
+                                 .share_light = !options->exact,
                                  .unbiased = options->unbiased,
                                  .width = options->width,
                                  .height = options->height,

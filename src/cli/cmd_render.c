@@ -17,7 +17,7 @@ static const struct argp_option OPTIONS[] = {
     {"seconds", 's', "S", 0, "as many samples as fit in this time instead", 1},
     {"size", KEY_SIZE, "WxH", 0, "pixels (default: the scene's)", 1},
     {"max-depth", KEY_MAX_DEPTH, "N", 0, "longest path in edges, -1: no limit (default: the scene's)", 1},
-    {"exact", KEY_EXACT, 0, 0, "path: follow every path to its end, share no light between them", 1},
+    {"exact", KEY_EXACT, 0, 0, "path: every pixel by its own paths alone, each followed to its end", 1},
     {"unbiased", KEY_UNBIASED, 0, 0, "trace the geometry of baked lamps too, so that their errors cancel in the mean",
      1},
     {"exposure", KEY_EXPOSURE, "X", 0, "factor before conversion to .png (default: automatic)", 1},

@@ -58,7 +58,7 @@ static enum status key_make(char *key, size_t size, const struct figure_kit *kit
 
 static enum status scene_prepare(struct scene *scene, const struct figure_kit *kit, const struct render_request *r,
                                  const struct definition_list *definitions, struct error *error) {
-    struct scene_options options = {.cache_radiance = true,
+    struct scene_options options = {.share_light = true,
                                     .definitions = definitions->entries,
                                     .definition_count = definitions->count,
                                     .width = r->width,

@@ -21,7 +21,7 @@ struct long_job {
     char key[600], image_path[4096], numbers_path[4096];
     struct scene scene;
     struct film film;
-    double cpu_s; // up to the last save
+    double cpu_s, spent_s; // by earlier calls; by this one, up to the last save
 };
 
 static enum status job_init(struct long_job *job, const struct long_render *request, const struct run *run,
@@ -80,23 +80,25 @@ static enum status film_restore(struct film *film, const struct image *image, in
 }
 
 // The numbers go first and come last: without them there is no rendering.
-static enum status job_save(struct long_job *job, double cpu_s, struct error *error) {
+static enum status job_save(struct long_job *job, const void *state, double cpu_begin, struct error *error) {
     struct image image;
-    enum status status = film_image(&job->film, &image, error);
+    enum status status =
+        integrator_image(integrator_table[job->scene.integrator], state, &job->film, job->run->threads, &image, error);
     if (status) return status;
+    job->spent_s = clock_cpu_s() - cpu_begin;
     unlink(job->numbers_path);
     status = image_save(&image, job->image_path, 1, error);
     image_fini(&image);
     if (status) return status;
     return kept_save(job->numbers_path,
                      json_pack("{s:s, s:i, s:f}", "key", job->key, "samples", (int)job->film.pass_count, "cpu_s",
-                               job->cpu_s + cpu_s),
+                               job->cpu_s + job->spent_s),
                      error);
 }
 
 static enum status job_load_scene(struct long_job *job, int kept, struct error *error) {
     const struct long_render *request = job->request;
-    struct scene_options options = {.cache_radiance = true,
+    struct scene_options options = {.share_light = true,
                                     .definitions = request->definitions,
                                     .definition_count = request->definition_count,
                                     .width = request->width,
@@ -136,17 +138,15 @@ static enum status job_passes(struct long_job *job, struct error *error) {
                                      : type->render_pass(state, &job->film, job->film.pass_count, &run, error);
         if (!status) film_end_pass(&job->film, run.threads);
         if (!status && clock_wall_s() - saved_s > SAVE_INTERVAL_S) {
-            status = job_save(job, clock_cpu_s() - cpu, error);
+            status = job_save(job, state, cpu, error);
             saved_s = clock_wall_s();
         }
     }
-    const double spent = clock_cpu_s() - cpu;
-    if (state) type->destroy(state);
     if (job->film.pass_count && (!status || status == STATUS_CANCELLED)) {
-        enum status saved = job_save(job, spent, status ? NULL : error);
+        enum status saved = job_save(job, state, cpu, status ? NULL : error);
         if (!status) status = saved;
-        job->cpu_s += spent;
     }
+    if (state) type->destroy(state);
     return status;
 }
 
@@ -162,7 +162,7 @@ enum status long_render(const struct long_render *request, const struct run *run
         if (!status) status = job_passes(&job, error);
     }
     if (!status) status = image_load(&result->image, job.image_path, false, error);
-    result->cpu_s = job.cpu_s;
+    result->cpu_s = job.cpu_s + job.spent_s;
     result->samples = request->samples;
     job_fini(&job);
     return status;

@@ -8,20 +8,16 @@
 #include "trace/film.h"
 #include "trace/integrator.h"
 
-static enum status render_save(const struct film *film, const struct render_options *options,
+static enum status render_save(const struct image *image, const struct render_options *options,
                                struct render_result *result, struct error *error) {
-    struct image image;
-    enum status status = film_image(film, &image, error);
-    if (status) return status;
     double sum[3] = {0};
-    size_t pixels = (size_t)image.width * (size_t)image.height;
+    size_t pixels = (size_t)image->width * (size_t)image->height;
     for (size_t i = 0; i < pixels; i++)
-        for (int c = 0; c < 3; c++) sum[c] += image.pixels[i * (size_t)image.channels + (size_t)c];
+        for (int c = 0; c < 3; c++) sum[c] += image->pixels[i * (size_t)image->channels + (size_t)c];
     for (int c = 0; c < 3; c++) result->mean[c] = (float)(sum[c] / (double)pixels);
-    float exposure = options->exposure > 0 ? options->exposure : image_auto_exposure(&image);
-    status = image_save(&image, options->output, exposure, error);
-    if (!status && options->png) status = image_save(&image, options->png, exposure, error);
-    image_fini(&image);
+    float exposure = options->exposure > 0 ? options->exposure : image_auto_exposure(image);
+    enum status status = image_save(image, options->output, exposure, error);
+    if (!status && options->png) status = image_save(image, options->png, exposure, error);
     return status;
 }
 
@@ -32,6 +28,7 @@ enum status render_scene(const struct scene *scene, const struct render_options 
                          "%s: the scene has no sensor; add <sensor type=\"perspective\"> to render it", scene->path);
     const struct integrator_type *type = integrator_table[scene->integrator];
     struct film film = {0};
+    struct image image = {0};
     void *state = NULL;
     enum status status = film_init(&film, scene->sensor, error);
     if (!status && options->mask) status = render_mask(scene, options->mask, run, error);
@@ -58,6 +55,9 @@ enum status render_scene(const struct scene *scene, const struct render_options 
             done++;
         }
     }
+    const bool picture = done && (!status || status == STATUS_CANCELLED);
+    enum status saved = STATUS_OK;
+    if (picture) saved = integrator_image(type, state, &film, run->threads, &image, status ? NULL : error);
     *result = (struct render_result){.width = film.width,
                                      .height = film.height,
                                      .samples = done,
@@ -67,10 +67,9 @@ enum status render_scene(const struct scene *scene, const struct render_options 
     if (status == STATUS_CANCELLED)
         error_set(error, STATUS_CANCELLED, "stopped after %d samples per pixel%s%s", done,
                   done ? "; the picture so far is in " : "", done ? options->output : "");
-    if (done && (!status || status == STATUS_CANCELLED)) {
-        enum status saved = render_save(&film, options, result, status ? NULL : error);
-        if (!status) status = saved;
-    }
+    if (picture && !saved) saved = render_save(&image, options, result, status ? NULL : error);
+    if (!status) status = saved;
+    image_fini(&image);
     if (state) type->destroy(state);
     film_fini(&film);
     return status;

@@ -85,7 +85,7 @@ enum status scene_load(struct scene *scene, const char *path, const struct scene
     struct loader loader = {.scene = scene, .options = options, .run = run, .error = error};
     loader.maker = (struct texture_maker){load_texture, &loader};
     loader.placement = (struct placement){.to_world = transform_identity(), .dim = rgb_gray(1), .luminaire = -1};
-    scene->cache_radiance = options->cache_radiance;
+    scene->share_light = options->share_light;
     scene->unbiased = options->unbiased;
     if (!(scene->path = arena_strdup(&scene->arena, path))) return load_out_of_memory(&loader);
     enum status status =

@@ -49,7 +49,7 @@ struct scene {
     int max_depth; // edges of a path, as in Mitsuba (1: emission only); -1: unlimited
     int rr_depth; // Russian roulette from this depth on
     bool hide_emitters;
-    bool cache_radiance; // the path tracer may end paths in what others found (trace/radiance_cache.h)
+    bool share_light; // paths may end in what others found (trace/radiance_cache.h), pixels share (shared_light.h)
     bool unbiased; // every baked lamp keeps its geometry, which corrects its light field (trace/residual.h)
     struct scene_bounds bounds; // of all shapes, proxies and the sensor; radius > 0
     const char *path;
@@ -64,7 +64,7 @@ struct scene_options {
     size_t definition_count;
     bool skip_missing;
     bool lamp_only; // load as a lamp: sensor, integrator and infinite emitters are left aside with a note
-    bool cache_radiance; // for scene->cache_radiance
+    bool share_light; // for scene->share_light
     bool unbiased; // load the geometry of all baked lamps, as they were baked from, for scene->unbiased
     int width, height; // > 0: the whole film in this size instead of the file's, its crop scaled along
     int threads;

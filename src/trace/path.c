@@ -15,11 +15,10 @@ static void meet_luminaires(const struct path_tracer *tracer, struct path_worker
         path_luminaire(tracer, worker);
 }
 
-const struct path_stage path_stages[PATH_STAGES + 1] = {{"intersect", path_intersect}, {"luminaire", meet_luminaires},
-                                                        {"view", path_view},           {"hit", path_hit},
-                                                        {"cache", path_cache},         {"light", path_light},
-                                                        {"shadow", path_shadow},       {"arrive", path_arrive},
-                                                        {"scatter", path_scatter},     {NULL, NULL}};
+const struct path_stage path_stages[PATH_STAGES + 1] = {
+    {"intersect", path_intersect}, {"luminaire", meet_luminaires}, {"view", path_view},   {"hit", path_hit},
+    {"share", path_share},         {"cache", path_cache},          {"light", path_light}, {"shadow", path_shadow},
+    {"arrive", path_arrive},       {"scatter", path_scatter},      {NULL, NULL}};
 
 static void worker_fini(struct path_worker *worker) {
     free(worker->paths);
@@ -64,6 +63,7 @@ static void tracer_destroy(void *state) {
     free(tracer->expected);
     path_guide_destroy(tracer->guide);
     radiance_cache_destroy(tracer->cache);
+    shared_light_destroy(tracer->shared);
     light_select_destroy(tracer->lights);
     caustic_destroy(tracer->caustic);
     residual_destroy(tracer->residual);
@@ -73,7 +73,7 @@ static void tracer_destroy(void *state) {
 // What the cache holds knows no longest path.
 static bool may_cache(const struct scene *scene) {
     enum { long_enough = 16 };
-    return scene->cache_radiance && !scene->unbiased && (scene->max_depth < 0 || scene->max_depth >= long_enough);
+    return scene->max_depth < 0 || scene->max_depth >= long_enough;
 }
 
 enum status path_create(const struct scene *scene, const struct run *run, enum path_strategy strategy, void **state,
@@ -92,12 +92,13 @@ enum status path_create(const struct scene *scene, const struct run *run, enum p
     }
     tracer->scene = scene;
     tracer->strategy = strategy;
+    tracer->shares = strategy == PATH_MIS && scene->share_light && !scene->unbiased;
     tracer->hidden = scene_has_hidden_geometry(scene);
     tracer->worker_count = count;
     for (size_t i = 0; i < scene->shape_count; i++) tracer->lobes[i] = lobe_shape_measure(scene->shapes[i]->bsdf);
     enum status status = light_select_create(&tracer->lights, scene, error);
     if (status == STATUS_OK) status = path_guide_create(&tracer->guide, error);
-    if (status == STATUS_OK && strategy == PATH_MIS && may_cache(scene))
+    if (status == STATUS_OK && tracer->shares && may_cache(scene))
         status = radiance_cache_create(&tracer->cache, scene, error);
     if (status == STATUS_OK && scene->unbiased) status = residual_create(&tracer->residual, scene, error);
     if (status == STATUS_OK && strategy == PATH_MIS)
@@ -130,9 +131,10 @@ static void trace_tile(void *user, size_t tile, int worker_index) {
             time = now;
         }
     for (size_t i = 0; i < count; i++) {
-        const struct path *path = &worker->paths[i];
+        struct path *path = &worker->paths[i];
         path_record_end(tracer, path);
         const rgb radiance = path_cache_end(tracer, path);
+        path_share_end(tracer, path, radiance);
         float *pixel = &tracer->film->pass[3 * (size_t)path->pixel];
         pixel[0] = radiance.r;
         pixel[1] = radiance.g;
@@ -151,6 +153,10 @@ static enum status render_pass(void *state, struct film *film, uint64_t pass, co
     size_t pixels = (size_t)film->width * (size_t)film->height;
     if (!tracer->expected) tracer->expected = calloc(pixels, sizeof *tracer->expected);
     if (!tracer->expected) return error_set(error, STATUS_MEMORY, "out of memory for a film of %zu pixels", pixels);
+    if (tracer->shares && !tracer->shared) {
+        enum status status = shared_light_create(&tracer->shared, film->width, film->height, error);
+        if (status) return status;
+    }
     path_expect(tracer);
     path_guide_learn(tracer);
     path_cache_learn(tracer);
@@ -176,6 +182,12 @@ static enum status render_pass(void *state, struct film *film, uint64_t pass, co
     return error_set(error, STATUS_CANCELLED, "cancelled");
 }
 
+static enum status finish(const void *state, const struct film *film, struct image *image, int threads,
+                          struct error *error) {
+    const struct path_tracer *tracer = state;
+    return tracer->shared ? shared_light_apply(tracer->shared, film->pass_count, image, threads, error) : STATUS_OK;
+}
+
 static enum status create(const struct scene *scene, const struct run *run, void **state, struct error *error) {
     return path_create(scene, run, PATH_MIS, state, error);
 }
@@ -185,5 +197,6 @@ const struct integrator_type path_integrator = {
     .help = "unidirectional path tracing with light samples and multiple importance sampling; baked lamps in batches",
     .create = create,
     .render_pass = render_pass,
+    .finish = finish,
     .destroy = tracer_destroy,
 };

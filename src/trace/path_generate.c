@@ -37,6 +37,7 @@ void path_generate(const struct path_tracer *tracer, struct path_worker *worker,
             path->spread = path->pdf_spread = path->unfolded = 0;
             path->cached = path->marked = path->shows = false;
             path->mark_count = 0;
+            path->share.state = SHARE_NONE;
             path->record.state = RECORD_NONE;
             worker->active[count] = count;
         }

@@ -5,8 +5,13 @@
 
 static void shadow_add(struct path_worker *worker, uint32_t index, uint32_t luminaire, const struct ray *ray,
                        rgb contribution, float pdf_bsdf) {
-    worker->shadows[worker->shadow_count++] = (struct shadow){
-        index, luminaire, *ray, contribution, worker->paths[index].surface.p, path_pdf_is_sharp(pdf_bsdf)};
+    worker->shadows[worker->shadow_count++] = (struct shadow){index,
+                                                              luminaire,
+                                                              *ray,
+                                                              contribution,
+                                                              worker->paths[index].surface.p,
+                                                              ray->direction,
+                                                              path_pdf_is_sharp(pdf_bsdf)};
 }
 
 rgb path_response(const struct path *path, vec3 direction, float *pdf_bsdf) {

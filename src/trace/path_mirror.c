@@ -75,5 +75,6 @@ void path_mirror_sample(const struct path_tracer *tracer, struct path_worker *wo
                                                               ray,
                                                               rgb_scale(response, weight / pdf_light),
                                                               .viewpoint = mirror_image(mirror, path->surface.p),
+                                                              .direction = towards,
                                                               .sharp = false};
 }

@@ -18,6 +18,7 @@ static bool path_bounce(const struct path_tracer *tracer, struct path_worker *wo
     struct bsdf_sample sample;
     float incoming;
     if (!path_scatter_sample(tracer, path, &sample, &incoming)) return false;
+    path_share_scatter(tracer, path, &sample);
     if (!path_cache_scatter(tracer, path, &sample)) return false;
     path->beta = rgb_mul(path->beta, sample.weight);
     if (!rgb_is_finite(path->beta)) {

@@ -56,7 +56,9 @@ void path_arrive(const struct path_tracer *tracer, struct path_worker *worker) {
     }
     for (size_t i = 0; i < count; i++) {
         const struct shadow *shadow = &worker->shadows[i];
-        if (shadow->sharp) path_record_lamp(&worker->paths[shadow->path], shadow->contribution, shadow->ray.t_max);
-        path_add(worker, &worker->paths[shadow->path], shadow->contribution);
+        struct path *path = &worker->paths[shadow->path];
+        if (shadow->sharp) path_record_lamp(path, shadow->contribution, shadow->ray.t_max);
+        path_share_light(tracer, path, shadow->contribution, shadow->direction);
+        path_add(worker, path, shadow->contribution);
     }
 }

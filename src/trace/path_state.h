@@ -1,5 +1,5 @@
 // What the stages of the path tracer share. A block of paths (one tile of the film) goes through
-//   generate, then until none is left: intersect, luminaire, view, hit, cache, light, shadow, arrive, scatter
+//   generate, then until none is left: intersect, luminaire, view, hit, share, cache, light, shadow, arrive, scatter
 // one stage for all paths at a time, so that the queries of baked luminaires come in batches. One worker owns one
 // block.
 #pragma once
@@ -15,8 +15,9 @@
 #include "trace/mirror_list.h"
 #include "trace/radiance_cache.h"
 #include "trace/residual.h"
+#include "trace/shared_light.h"
 
-enum { PATH_STAGES = 9, PATH_TILE = 32, PATH_BLOCK = PATH_TILE * PATH_TILE };
+enum { PATH_STAGES = 10, PATH_TILE = 32, PATH_BLOCK = PATH_TILE * PATH_TILE };
 
 // Random dimensions of one path: the camera's, then a fixed share for every edge.
 enum path_dimension {
@@ -54,6 +55,21 @@ struct path_mark { // of a vertex, when the path has ended the cache is told wha
     rgb before, response; // the path's radiance; its weight for uniform light
 };
 
+enum share_state {
+    SHARE_NONE, // the path has met no surface that shares
+    SHARE_HERE, // it stands on one
+    SHARE_LEAVES, // it has been scattered from there, and met mirrors at most since
+    SHARE_ARRIVED, // it has met another
+    SHARE_NOTHING // it was not scattered there but mirrored
+};
+struct path_share {
+    enum share_state state;
+    bool glossy;
+    rgb before; // the path's radiance when it left, or when it arrived
+    rgb broad; // share of what comes from where it went
+    struct shared_sample sample;
+};
+
 struct path {
     struct ray ray;
     struct sampler sampler;
@@ -85,6 +101,7 @@ struct path {
     rgb shown;
     int mark_count;
     struct path_mark marks[CACHE_TOLD];
+    struct path_share share;
     struct fork fork; // at `surface`
     struct surface from; // where the ray starts; only with has_from
     struct surface surface; // where it ends, unless PATH_MISSES
@@ -95,6 +112,7 @@ struct shadow { // a light sample on its way to be tested
     struct ray ray;
     rgb contribution;
     vec3 viewpoint; // the lamp is asked on the line from here
+    vec3 direction; // from the path's surface: the ray's, or towards the mirror where the ray begins
     bool sharp; // the surface scatters it like a mirror
 };
 
@@ -122,6 +140,8 @@ struct path_tracer {
     struct caustic *caustic; // or NULL
     struct path_guide *guide;
     struct radiance_cache *cache; // or NULL
+    struct shared_light *shared; // or NULL
+    bool shares; // there will be such, as soon as the film is known
     struct mirror_list mirrors;
     struct residual *residual; // or NULL: baked lamps are as their models say
     enum path_strategy strategy;
@@ -157,6 +177,7 @@ void path_intersect(const struct path_tracer *tracer, struct path_worker *worker
 void path_luminaire(const struct path_tracer *tracer, struct path_worker *worker);
 void path_view(const struct path_tracer *tracer, struct path_worker *worker);
 void path_hit(const struct path_tracer *tracer, struct path_worker *worker);
+void path_share(const struct path_tracer *tracer, struct path_worker *worker);
 void path_cache(const struct path_tracer *tracer, struct path_worker *worker);
 void path_light(const struct path_tracer *tracer, struct path_worker *worker);
 // In their place with tracer->residual; of the light samples, those of one lamp whose directions are drawn.
@@ -191,6 +212,12 @@ void path_cache_learn(struct path_tracer *tracer); // before a pass
 // False: the path has ended with what the cache knew.
 bool path_cache_scatter(const struct path_tracer *tracer, struct path *path, const struct bsdf_sample *sample);
 rgb path_cache_end(const struct path_tracer *tracer, const struct path *path); // what the picture gets
+
+// Light that pixels share, see path_share.c.
+// A light sample's contribution, by way of this direction.
+void path_share_light(const struct path_tracer *tracer, struct path *path, rgb contribution, vec3 direction);
+void path_share_scatter(const struct path_tracer *tracer, struct path *path, const struct bsdf_sample *sample);
+void path_share_end(const struct path_tracer *tracer, struct path *path, rgb radiance); // what the film gets
 
 // Guided scattering, see path_guide.c.
 struct path_guide;

@@ -1,0 +1,50 @@
+// Light that pixels share. Pixels that see one surface side by side get nearly the same light, so each may learn it
+// from its neighbours (Keller, Dahm and Binder 2016, "Path Space Filtering"). Every pixel keeps sums of what arrived at
+// the surface that it sees, in parts each of which varies slowly from pixel to pixel once it is divided by its weight.
+// The film keeps what every pixel found by itself; the picture gets, for each part, the mix of a pixel's own mean and
+// its neighbours' that promises the least error (shared_filter.c).
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/error.h"
+#include "image/image.h"
+#include "math/vec.h"
+
+enum { SHARED_PARTS = 4 };
+
+struct shared_sample { // of one path
+    uint32_t surface; // 1 + number of what it sees; 0: nothing that is shared
+    vec3 p, n; // where
+    rgb weight[SHARED_PARTS], light[SHARED_PARTS]; // what the picture gets is weight * light
+};
+
+struct shared_light;
+enum status shared_light_create(struct shared_light **shared, int width, int height, struct error *error);
+void shared_light_destroy(struct shared_light *shared); // NULL is allowed
+// Once for every path; threads may add to different pixels at a time. A pixel keeps the surface that it has met first.
+void shared_light_add(struct shared_light *shared, size_t pixel, const struct shared_sample *sample);
+// Changes R, G and B (channels 0 to 2) of the film's image, the mean of `passes` passes, of which all or the last ones
+// have been added. The variance stays that of the pixels' own samples.
+enum status shared_light_apply(const struct shared_light *shared, size_t passes, struct image *image, int threads,
+                               struct error *error);
+
+// For shared_filter.c.
+enum { SHARED_BATCH = 16 }; // paths
+struct shared_part {
+    float light[3], weight[3], product[3]; // sums, of weight * light the last
+    float squares; // sum of the luminance of light^2
+    float batch, batch_squares; // luminance of light in the running batch; sum of the squares of those of all before
+};
+struct shared_pixel {
+    uint32_t surface; // 0: none yet
+    float paths; // all
+    float count, batch_count; // those that met the surface; of them, in the running batch
+    float p[3], n[3]; // sums
+    struct shared_part parts[SHARED_PARTS];
+};
+struct shared_light {
+    int width, height;
+    struct shared_pixel *pixels;
+};

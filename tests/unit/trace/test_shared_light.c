@@ -1,0 +1,179 @@
+// Light that pixels share: made-up samples of a textured plane whose light is known, with a step in it, beside another
+// surface and on a film that was begun earlier; and a furnished room with and without sharing, against a long
+// rendering.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <cmocka.h>
+
+#include "image/metric.h"
+#include "math/sampler.h"
+#include "render_path.h"
+#include "room_text.h"
+#include "trace/shared_light.h"
+
+enum { WIDTH = 70, HEIGHT = 50, PIXELS = WIDTH * HEIGHT, PART = 2 };
+
+struct plane {
+    int passes;
+    bool steps; // the light, in the middle
+    bool two; // surfaces, each half of the plane
+    float noise; // relative
+};
+
+struct picture { // one channel
+    double before[PIXELS], after[PIXELS], truth[PIXELS];
+};
+
+static float light_at(const struct plane *plane, int x, int y) {
+    if (plane->two) return x < WIDTH / 2 ? 1 : 100;
+    if (plane->steps) return x < WIDTH / 2 ? 1 : 3;
+    return 1 + 0.01f * (float)x + 0.02f * (float)y;
+}
+
+// Of the same mean, and seldom much above it.
+static float disturbed(float light, float noise, float u) { return light * (1 - noise + (u < 0.1f ? 10 * noise : 0)); }
+
+static void make_picture(const struct plane *plane, int threads, size_t earlier, struct picture *picture) {
+    struct error error;
+    struct shared_light *shared;
+    struct image image;
+    assert_int_equal(shared_light_create(&shared, WIDTH, HEIGHT, &error), STATUS_OK);
+    assert_int_equal(image_init(&image, WIDTH, HEIGHT, 6, &error), STATUS_OK);
+    const size_t passes = (size_t)plane->passes + earlier;
+    for (size_t i = 0; i < PIXELS; i++) {
+        const int x = (int)i % WIDTH, y = (int)i / WIDTH;
+        const float light = light_at(plane, x, y), texture = 0.2f + 0.7f * (float)((x / 3 + y / 2) % 2);
+        double sum = 0;
+        for (int pass = 0; pass < plane->passes; pass++) {
+            struct sampler sampler = sampler_make(3, i, (uint64_t)pass);
+            const vec2 u = sampler_2d(&sampler);
+            struct shared_sample sample = {.surface = plane->two ? 1 + (x >= WIDTH / 2) : 1,
+                                           .p = {(float)x + u.x, (float)y + u.y, 0},
+                                           .n = {0, 0, 1}};
+            sample.weight[PART] = rgb_gray(texture);
+            sample.light[PART] = rgb_gray(disturbed(light, plane->noise, sampler_1d(&sampler)));
+            sum += (double)(texture * sample.light[PART].g);
+            shared_light_add(shared, i, &sample);
+        }
+        picture->truth[i] = (double)(texture * light);
+        picture->before[i] = (sum + (double)earlier * picture->truth[i]) / (double)passes;
+        for (size_t c = 0; c < 3; c++) image.pixels[6 * i + c] = (float)picture->before[i];
+    }
+    assert_int_equal(shared_light_apply(shared, passes, &image, threads, &error), STATUS_OK);
+    for (size_t i = 0; i < PIXELS; i++) picture->after[i] = (double)image.pixels[6 * i + 1];
+    image_fini(&image);
+    shared_light_destroy(shared);
+}
+
+static double mean_of(const double *values) {
+    double sum = 0;
+    for (size_t i = 0; i < PIXELS; i++) sum += values[i] / PIXELS;
+    return sum;
+}
+
+static double squared_error(const double *values, const struct picture *picture) {
+    double sum = 0;
+    for (size_t i = 0; i < PIXELS; i++)
+        sum += (values[i] - picture->truth[i]) * (values[i] - picture->truth[i]) / PIXELS;
+    return sum;
+}
+
+static void test_smooth_light(void **unused) {
+    (void)unused;
+    static struct picture picture, again;
+    for (int passes = 4; passes <= 64; passes *= 4) {
+        const struct plane plane = {.passes = passes, .noise = 0.7f};
+        make_picture(&plane, 1, 0, &picture);
+        make_picture(&plane, 3, 0, &again);
+        assert_memory_equal(picture.after, again.after, sizeof picture.after);
+        const double before = squared_error(picture.before, &picture), after = squared_error(picture.after, &picture);
+        if (!(after < 0.1 * before)) fail_msg("%d passes: %g -> %g", passes, before, after);
+        const double mean = mean_of(picture.truth);
+        const double allowed = 4 * sqrt(before / PIXELS) + (passes < 16 ? 0.02 : 0.005) * mean;
+        if (fabs(mean_of(picture.after) - mean) > allowed)
+            fail_msg("%d passes: mean %g for %g", passes, mean_of(picture.after), mean);
+    }
+}
+
+// Nothing becomes worse where neighbours differ; what they say decides less the more is known.
+static void test_step(void **unused) {
+    (void)unused;
+    static struct picture picture;
+    double apart = 0;
+    for (int passes = 64; passes <= 1024; passes *= 16) {
+        make_picture(&(struct plane){.passes = passes, .steps = true, .noise = 0.3f}, 2, 0, &picture);
+        const double before = squared_error(picture.before, &picture), after = squared_error(picture.after, &picture);
+        if (!(after < before)) fail_msg("%d passes: %g -> %g", passes, before, after);
+        double edge = 0;
+        for (int y = 0; y < HEIGHT; y++)
+            for (int x = WIDTH / 2 - 1; x <= WIDTH / 2; x++) {
+                const size_t i = (size_t)(y * WIDTH + x);
+                edge += fabs(picture.after[i] - picture.truth[i]) / picture.truth[i] / (2 * HEIGHT);
+            }
+        if (!(edge < (passes == 64 ? 0.15 : 0.04))) fail_msg("%d passes: %g off beside the step", passes, edge);
+        if (passes > 64) assert_true(edge < 0.5 * apart);
+        apart = edge;
+    }
+}
+
+static void test_other_surface(void **unused) {
+    (void)unused;
+    static struct picture picture;
+    make_picture(&(struct plane){.passes = 8, .two = true, .noise = 0.7f}, 2, 0, &picture);
+    double left = 0;
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH / 2; x++) {
+            const size_t i = (size_t)(y * WIDTH + x);
+            left = fmax(left, picture.after[i] / picture.truth[i]);
+        }
+    assert_true(left < 8); // of the samples' 7.3, where the other surface has a hundred times the light
+}
+
+static void test_earlier_passes(void **unused) {
+    (void)unused;
+    static struct picture whole, half;
+    const struct plane plane = {.passes = 16, .noise = 0.7f};
+    make_picture(&plane, 1, 0, &whole);
+    make_picture(&plane, 1, 16, &half);
+    for (size_t i = 0; i < PIXELS; i++) {
+        const double change = whole.after[i] - whole.before[i];
+        assert_float_equal((float)(half.after[i] - half.before[i]), (float)(0.5 * change), 1e-5f);
+    }
+}
+
+static double room_error(const struct rendering *r, const struct rendering *reference) {
+    double sum = 0;
+    for (size_t i = 0; i < (size_t)r->width * (size_t)r->height; i++)
+        sum += pixel_relative_error(&r->image.pixels[6 * i], &reference->image.pixels[6 * i]);
+    return sum / (3.0 * r->width * r->height);
+}
+
+static void test_room(void **unused) {
+    (void)unused;
+    struct rendering with, without, reference;
+    size_t dropped;
+    render_path(furnished_room, &(struct path_test){PATH_MIS, 512, 2, .seed = 11}, &reference, &dropped);
+    render_path(furnished_room, &(struct path_test){PATH_MIS, 16, 2, .seed = 5}, &without, &dropped);
+    render_path(furnished_room, &(struct path_test){PATH_MIS, 16, 2, .seed = 5, .share = true}, &with, &dropped);
+    const double a = room_error(&with, &reference), b = room_error(&without, &reference);
+    if (!(a < 0.25 * b)) fail_msg("relMSE %g with sharing, %g without", a, b);
+    for (int c = 0; c < 3; c++) {
+        const double noise = hypot(with.error[c], reference.error[c]);
+        if (fabs(with.mean[c] - reference.mean[c]) > 4 * noise + 0.01 * reference.mean[c])
+            fail_msg("mean %g with sharing, %g in the reference (noise %g)", with.mean[c], reference.mean[c], noise);
+    }
+    image_fini(&with.image);
+    image_fini(&without.image);
+    image_fini(&reference.image);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_smooth_light), cmocka_unit_test(test_step),
+                                       cmocka_unit_test(test_other_surface), cmocka_unit_test(test_earlier_passes),
+                                       cmocka_unit_test(test_room)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
