@@ -25,6 +25,7 @@ const struct table1_entry table1_entries[TABLE1_ROWS] = {
 enum { HEIGHT = 400, BDPT_SAMPLES = 1024, HALF_SAMPLES = 256, FIXED_SAMPLES = 128, MAX_STEPS = 10 };
 static const double APL_BYTES = 384e6; // Zhu et al. 2021, Table 1
 static const double OUR_WORK = 0.35; // of a sample of ours; one of bdpt: 1
+static const double CLOSE = 0.93; // to the fewest samples: no fewer are tried
 
 struct row_job {
     struct table1_kit *kit;
@@ -249,24 +250,26 @@ static enum status render_equal(struct row_job *job, int samples, struct error *
     return measure_picture(job, &job->equal.image, false, &row->ours_relmse, &row->ours_flip, error);
 }
 
-// Starts a little below the samples that the measured noise asks for; too good a picture is made once more with fewer,
-// one that is not good enough with more, each in one go, for its CPU seconds count. Gives up where more CPU seconds
-// than bdpt's would be needed.
+// The fewest samples that are as good as bdpt: starts a little below what the measured noise asks for and goes between
+// too few and more than enough, each in one go, for its CPU seconds count. Gives up where more CPU seconds than bdpt's
+// would be needed.
 static enum status reach_bdpt(struct row_job *job, bool *reached, struct error *error) {
     const struct table1_row *row = job->row;
     const double bias = fmax(row->bias, 0), target = row->bdpt_relmse, most = row->bdpt_cpu_s / job->our_cpu_s;
-    double samples = fmax(floor(0.9 * error_samples(job->our_noise, bias, target)), 1);
-    *reached = false;
-    for (int step = 0; step < MAX_STEPS && samples <= most; step++) {
-        enum status status = render_equal(job, (int)samples, error);
+    double samples = fmax(floor(0.9 * error_samples(job->our_noise, bias, target)), 1), too_few = 0, enough = INFINITY;
+    enum status status = STATUS_OK;
+    for (int step = 0; step < MAX_STEPS && samples <= most && samples > too_few && samples < enough; step++) {
+        status = render_equal(job, (int)samples, error);
         if (status) return status;
+        *(row->ours_relmse <= target ? &enough : &too_few) = samples;
         const double noise = fmax(row->ours_relmse - bias, 0) * samples;
-        const double enough = fmax(ceil(error_samples(noise, bias, target)), 1);
-        *reached = row->ours_relmse <= target;
-        if (*reached && (step > 0 || enough > 0.9 * samples)) return STATUS_OK;
-        samples = *reached ? enough : fmax(samples + 1, fmin(enough, 2 * samples));
+        const double wanted = fmax(ceil(error_samples(noise, bias, target)), 1);
+        if (samples == enough && wanted > CLOSE * samples) break;
+        samples = fmin(wanted, 2 * samples);
+        if (samples <= too_few || samples >= enough) samples = floor(0.5 * (too_few + fmin(enough, 4 * too_few)));
     }
-    return STATUS_OK;
+    *reached = enough < INFINITY;
+    return *reached && (int)row->ours_spp != (int)enough ? render_equal(job, (int)enough, error) : STATUS_OK;
 }
 
 static enum status measure_ours(struct row_job *job, struct error *error) {
