@@ -20,15 +20,17 @@ static const float out_of_plane = 0.1f; // of a neighbour's distance: how far it
 // An error that is far above what the window expects is the pixel's own: beside this number of variances, over the
 // nearest nine pixels and at the pixel alone.
 static const float doubt_near = 2, doubt_here = 4;
+static const float dark = 0.05f; // of the mean level: errors at much lower ones are not counted the more for it
 
 enum estimate { OWN_SAMPLES = DISCS, OWN_BATCHES, ESTIMATES }; // after the discs
 struct part_planes {
     bool lit; // else there is nothing to share
     float *light[3]; // sums
-    float *weight; // squared luminance of the mean weight
+    float *weight; // squared luminance of the mean weight; in the end relative, as the errors
     float *prediction[DISCS][3];
-    // As the picture would have them: squared distances from the discs' predictions to the own mean; the variance of
-    // that by its samples and by its batches, of which either may be too large.
+    // As the picture would have them, in the end relative to its level there: squared distances from the discs'
+    // predictions to the own mean; the variance of that by its samples and by its batches, of which either may be too
+    // large.
     float *errors[ESTIMATES];
 };
 
@@ -39,6 +41,8 @@ struct band {
     int width, first, last; // rows that it holds
     uint32_t *surface; // 0: shares nothing
     float *count, *p[3], *n[3];
+    float *level; // luminance of all that is shared
+    float least_level; // is added to it
     struct part_planes parts[SHARED_PARTS];
     float *sums[ESTIMATES]; // of one part's errors, along rows
     float *alike, *counts[DISCS]; // one row
@@ -46,7 +50,7 @@ struct band {
 };
 enum {
     PART_PLANES = 3 + 1 + 3 * DISCS + ESTIMATES,
-    PLANES = 1 + 3 + 3 + SHARED_PARTS * PART_PLANES + ESTIMATES,
+    PLANES = 1 + 3 + 3 + 1 + SHARED_PARTS * PART_PLANES + ESTIMATES,
     ROWS = 1 + DISCS
 };
 
@@ -56,15 +60,18 @@ static void take(float **planes, size_t count, float **next, size_t size) {
 
 enum { HALO = WINDOW + REACH, MOST_ROWS = BAND + 2 * HALO };
 
-static bool band_init(struct band *band, const struct shared_light *shared, struct image *image, size_t passes) {
+static bool band_init(struct band *band, const struct shared_light *shared, struct image *image, size_t passes,
+                      float least_level) {
     const size_t width = (size_t)shared->width, size = width * MOST_ROWS;
-    *band = (struct band){.shared = shared, .image = image, .passes = (float)passes, .width = shared->width};
+    *band = (struct band){
+        .shared = shared, .image = image, .passes = (float)passes, .width = shared->width, .least_level = least_level};
     float *next = band->memory = malloc((PLANES * size + ROWS * width) * sizeof *band->memory);
     band->surface = malloc(size * sizeof *band->surface);
     if (!next || !band->surface) return false;
     take(&band->count, 1, &next, size);
     take(band->p, 3, &next, size);
     take(band->n, 3, &next, size);
+    take(&band->level, 1, &next, size);
     take(band->sums, ESTIMATES, &next, size);
     for (int i = 0; i < SHARED_PARTS; i++) {
         struct part_planes *part = &band->parts[i];
@@ -106,6 +113,15 @@ static void fill_part(struct part_planes *planes, size_t i, const struct shared_
     planes->errors[OWN_BATCHES][i] = weight * variance * sqrf(batches / batched);
 }
 
+static float pixel_level(const struct shared_pixel *pixel) {
+    float sum = 0;
+    for (int i = 0; i < SHARED_PARTS; i++) {
+        const float *product = pixel->parts[i].product;
+        sum += rgb_luminance((rgb){product[0], product[1], product[2]});
+    }
+    return sum / pixel->paths;
+}
+
 static void fill_row(struct band *band, int y) {
     const size_t row = row_at(band, y);
     for (size_t x = 0; x < (size_t)band->width; x++) {
@@ -116,6 +132,7 @@ static void fill_row(struct band *band, int y) {
         if (!vec3_is_finite(n)) continue;
         band->surface[row + x] = pixel->surface;
         band->count[row + x] = pixel->count;
+        band->level[row + x] = pixel_level(pixel);
         for (int c = 0; c < 3; c++) band->p[c][row + x] = pixel->p[c] * inverse;
         band->n[0][row + x] = n.x;
         band->n[1][row + x] = n.y;
@@ -166,6 +183,15 @@ static void add_offset(struct band *band, int y, int dx, int dy) {
     }
 }
 
+static float nearest_mean(const struct band *band, const float *plane, int x, int y) {
+    float sum = 0;
+    for (int v = y - 1; v <= y + 1; v++)
+        for (int u = x - 1; u <= x + 1; u++)
+            if (v >= band->first && v < band->last && u >= 0 && u < band->width)
+                sum += plane[row_at(band, v) + (size_t)u];
+    return sum / 9;
+}
+
 static void predict_row(struct band *band, int y) {
     const size_t row = row_at(band, y);
     for (int k = 0; k < DISCS; k++) memset(band->counts[k], 0, (size_t)band->width * sizeof(float));
@@ -174,9 +200,12 @@ static void predict_row(struct band *band, int y) {
             add_offset(band, y, dx, dy);
     for (int i = 0; i < SHARED_PARTS; i++) {
         struct part_planes *part = &band->parts[i];
-        for (size_t x = 0; x < (size_t)band->width; x++) {
-            if (!(band->counts[0][x] > 0)) // the other discs are larger
-                part->weight[row + x] = part->errors[OWN_SAMPLES][row + x] = part->errors[OWN_BATCHES][row + x] = 0;
+        for (size_t x = 0; x < (size_t)band->width && part->lit; x++) {
+            const float relative = 1 / sqrf(nearest_mean(band, band->level, (int)x, y) + band->least_level);
+            const float factor = band->counts[0][x] > 0 ? relative : 0; // the other discs are larger
+            part->weight[row + x] *= factor;
+            part->errors[OWN_SAMPLES][row + x] *= factor;
+            part->errors[OWN_BATCHES][row + x] *= factor;
             for (int k = 0; part->weight[row + x] > 0 && k < DISCS; k++) {
                 float apart[3];
                 for (int c = 0; c < 3; c++) {
@@ -210,15 +239,6 @@ static float window_mean(const struct band *band, int estimate, int x, int y) {
     for (int v = y - WINDOW; v <= y + WINDOW; v++)
         if (v >= band->first && v < band->last) sum += band->sums[estimate][row_at(band, v) + (size_t)x];
     return sum / ((2 * WINDOW + 1) * (2 * WINDOW + 1));
-}
-
-static float nearest_mean(const struct band *band, const float *plane, int x, int y) {
-    float sum = 0;
-    for (int v = y - 1; v <= y + 1; v++)
-        for (int u = x - 1; u <= x + 1; u++)
-            if (v >= band->first && v < band->last && u >= 0 && u < band->width)
-                sum += plane[row_at(band, v) + (size_t)u];
-    return sum / 9;
 }
 
 // The share of the pixel's own mean, and the disc for the rest.
@@ -278,14 +298,23 @@ static void make_band(void *user, size_t index, int worker) {
     }
 }
 
+static float mean_level(const struct shared_light *shared) {
+    double sum = 0;
+    const size_t count = (size_t)shared->width * (size_t)shared->height;
+    for (size_t i = 0; i < count; i++)
+        if (shared->pixels[i].paths > 0) sum += (double)pixel_level(&shared->pixels[i]);
+    return (float)(sum / (double)count);
+}
+
 enum status shared_light_apply(const struct shared_light *shared, size_t passes, struct image *image, int threads,
                                struct error *error) {
     const size_t count = (size_t)(shared->height + BAND - 1) / BAND;
     if (threads < 1) threads = 1;
     if ((size_t)threads > count) threads = (int)count;
+    const float least_level = dark * mean_level(shared);
     struct band *bands = calloc((size_t)threads, sizeof *bands);
     bool ready = bands;
-    for (int i = 0; ready && i < threads; i++) ready = band_init(&bands[i], shared, image, passes);
+    for (int i = 0; ready && i < threads; i++) ready = band_init(&bands[i], shared, image, passes, least_level);
     if (ready) parallel_for(threads, count, make_band, bands);
     for (int i = 0; bands && i < threads; i++) {
         free(bands[i].memory);
