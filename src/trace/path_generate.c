@@ -38,6 +38,7 @@ void path_generate(const struct path_tracer *tracer, struct path_worker *worker,
             path->cached = path->marked = path->shows = false;
             path->mark_count = 0;
             path->share.state = SHARE_NONE;
+            path->share.count = 0;
             path->record.state = RECORD_NONE;
             worker->active[count] = count;
         }

@@ -28,33 +28,39 @@ static void begin(const struct path_tracer *tracer, struct path *path) {
     float pdf;
     rgb broad = rgb_scale(path_response(path, aside(n, wi), &pdf), PI_F / aside_cosine);
     if (!(rgb_luminance(broad) > least_broad)) broad = rgb_gray(0);
-    path->share = (struct path_share){.state = SHARE_HERE,
-                                      .glossy = path_lobes_at(tracer, surface).broadness < all_broad,
-                                      .sample = {.surface = 1 + mirrors_told_apart * surface->shape->index + mirrors,
-                                                 .p = surface->p,
-                                                 .n = n,
-                                                 .weight = {broad, path->beta, broad, path->beta}}};
+    struct path_share *share = &path->share;
+    share->state = SHARE_HERE;
+    share->glossy = path_lobes_at(tracer, surface).broadness < all_broad;
+    share->samples[share->count++] =
+        (struct shared_sample){.surface = 1 + mirrors_told_apart * surface->shape->index + mirrors,
+                               .p = surface->p,
+                               .n = n,
+                               .weight = {broad, path->beta, broad, path->beta}};
 }
+
+static struct shared_sample *last_sample(struct path_share *share) { return &share->samples[share->count - 1]; }
 
 static rgb ratio(rgb a, rgb b) {
     return (rgb){b.r > 0 ? a.r / b.r : 0, b.g > 0 ? a.g / b.g : 0, b.b > 0 ? a.b / b.b : 0};
 }
 
 // Of what the surface reflects from a direction.
-static rgb broad_share(const struct path *path, vec3 wo) {
-    const struct path_share *share = &path->share;
+static rgb broad_share(struct path *path, vec3 wo) {
+    struct path_share *share = &path->share;
+    const struct shared_sample *sample = last_sample(share);
     if (!share->glossy) return rgb_gray(1);
-    const float cosine = maxf(vec3_dot(share->sample.n, wo), 0) * INV_PI_F;
+    const float cosine = maxf(vec3_dot(sample->n, wo), 0) * INV_PI_F;
     float pdf;
-    const rgb part = ratio(rgb_scale(share->sample.weight[BROAD_DIRECT], cosine), path_response(path, wo, &pdf));
+    const rgb part = ratio(rgb_scale(sample->weight[BROAD_DIRECT], cosine), path_response(path, wo, &pdf));
     return (rgb){minf(part.r, 1), minf(part.g, 1), minf(part.b, 1)};
 }
 
 static void tell(struct path_share *share, int broad_part, rgb gain, rgb broad) {
-    rgb *light = &share->sample.light[broad_part]; // the gloss is next to it
+    struct shared_sample *sample = last_sample(share);
+    rgb *light = &sample->light[broad_part]; // the gloss is next to it
     const rgb smooth = rgb_mul(gain, broad);
-    light[0] = rgb_add(light[0], ratio(smooth, share->sample.weight[broad_part]));
-    light[1] = rgb_add(light[1], ratio(rgb_sub(gain, smooth), share->sample.weight[broad_part + 1]));
+    light[0] = rgb_add(light[0], ratio(smooth, sample->weight[broad_part]));
+    light[1] = rgb_add(light[1], ratio(rgb_sub(gain, smooth), sample->weight[broad_part + 1]));
 }
 
 void path_share(const struct path_tracer *tracer, struct path_worker *worker) {
@@ -68,9 +74,9 @@ void path_share(const struct path_tracer *tracer, struct path_worker *worker) {
             share->state = SHARE_ARRIVED;
             share->before = path->radiance;
         }
-        if (share->state == SHARE_HERE) share->state = SHARE_NOTHING;
-        if (share->state != SHARE_NONE || path->surface.shape->hull || path->surface.shape->luminaire >= 0) continue;
-        if (path->look) begin(tracer, path);
+        if (share->state == SHARE_HERE) share->state = SHARE_NONE; // it was not scattered there but mirrored
+        if (share->state != SHARE_NONE || share->count == SHARED_LAYERS || !path->look) continue;
+        if (!path->surface.shape->hull && path->surface.shape->luminaire < 0) begin(tracer, path);
     }
 }
 
@@ -90,9 +96,8 @@ void path_share_scatter(const struct path_tracer *tracer, struct path *path, con
 void path_share_end(const struct path_tracer *tracer, struct path *path, rgb radiance) {
     if (!tracer->shared) return;
     struct path_share *share = &path->share;
-    if (share->state == SHARE_NONE) share->sample.surface = 0;
     if (share->state == SHARE_LEAVES || share->state == SHARE_ARRIVED)
         tell(share, share->state == SHARE_LEAVES ? BROAD_DIRECT : BROAD_INDIRECT, rgb_sub(radiance, share->before),
              share->broad);
-    shared_light_add(tracer->shared, path->pixel, &share->sample);
+    shared_light_add(tracer->shared, path->pixel, share->samples, share->count);
 }

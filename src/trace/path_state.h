@@ -59,15 +59,15 @@ enum share_state {
     SHARE_NONE, // the path has met no surface that shares
     SHARE_HERE, // it stands on one
     SHARE_LEAVES, // it has been scattered from there, and met mirrors at most since
-    SHARE_ARRIVED, // it has met another
-    SHARE_NOTHING // it was not scattered there but mirrored
+    SHARE_ARRIVED // it has met another
 };
 struct path_share {
     enum share_state state;
     bool glossy;
     rgb before; // the path's radiance when it left, or when it arrived
     rgb broad; // share of what comes from where it went
-    struct shared_sample sample;
+    int count;
+    struct shared_sample samples[SHARED_LAYERS]; // the last is of where the path stands or has left
 };
 
 struct path {

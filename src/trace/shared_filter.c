@@ -4,7 +4,9 @@
 // variance of the own mean, it is the error of the prediction (leave-one-out cross-validation). Averaged over a window
 // around the pixel it chooses the disc, and own mean and prediction are mixed by the inverse of their errors. So what
 // the samples can tell apart stays apart, and the more samples, the less is shared.
-// The picture is made in bands of rows, each with planes of one float a pixel for itself and the rows around it.
+// The picture is made in bands of rows, each with planes of one float a pixel for itself and the rows around it, in two
+// layers: the surface that a pixel has met first, whose neighbours are sought among the first surfaces only, all pixels
+// of a row at a time; and another at an edge or behind a gloss that mirrors, with neighbours in both layers.
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -34,23 +36,30 @@ struct part_planes {
     float *errors[ESTIMATES];
 };
 
+struct layer {
+    uint32_t *surface; // 0: shares nothing
+    float *count, *p[3], *n[3];
+    struct part_planes parts[SHARED_PARTS];
+    bool met; // else there is nothing in it
+};
+
 struct band {
     const struct shared_light *shared;
     struct image *image;
     float passes;
     int width, first, last; // rows that it holds
-    uint32_t *surface; // 0: shares nothing
-    float *count, *p[3], *n[3];
+    struct layer layers[SHARED_LAYERS];
     float *level; // luminance of all that is shared
     float least_level; // is added to it
-    struct part_planes parts[SHARED_PARTS];
     float *sums[ESTIMATES]; // of one part's errors, along rows
     float *alike, *counts[DISCS]; // one row
-    float *memory; // of all
+    float *memory; // of all but the surfaces
+    uint32_t *surfaces;
 };
 enum {
     PART_PLANES = 3 + 1 + 3 * DISCS + ESTIMATES,
-    PLANES = 1 + 3 + 3 + 1 + SHARED_PARTS * PART_PLANES + ESTIMATES,
+    LAYER_PLANES = 1 + 3 + 3 + SHARED_PARTS * PART_PLANES,
+    PLANES = SHARED_LAYERS * LAYER_PLANES + 1 + ESTIMATES,
     ROWS = 1 + DISCS
 };
 
@@ -66,20 +75,24 @@ static bool band_init(struct band *band, const struct shared_light *shared, stru
     *band = (struct band){
         .shared = shared, .image = image, .passes = (float)passes, .width = shared->width, .least_level = least_level};
     float *next = band->memory = malloc((PLANES * size + ROWS * width) * sizeof *band->memory);
-    band->surface = malloc(size * sizeof *band->surface);
-    if (!next || !band->surface) return false;
-    take(&band->count, 1, &next, size);
-    take(band->p, 3, &next, size);
-    take(band->n, 3, &next, size);
+    band->surfaces = malloc(SHARED_LAYERS * size * sizeof *band->surfaces);
+    if (!next || !band->surfaces) return false;
+    for (size_t k = 0; k < SHARED_LAYERS; k++) {
+        struct layer *layer = &band->layers[k];
+        layer->surface = band->surfaces + k * size;
+        take(&layer->count, 1, &next, size);
+        take(layer->p, 3, &next, size);
+        take(layer->n, 3, &next, size);
+        for (int i = 0; i < SHARED_PARTS; i++) {
+            struct part_planes *part = &layer->parts[i];
+            take(part->light, 3, &next, size);
+            take(&part->weight, 1, &next, size);
+            for (int d = 0; d < DISCS; d++) take(part->prediction[d], 3, &next, size);
+            take(part->errors, ESTIMATES, &next, size);
+        }
+    }
     take(&band->level, 1, &next, size);
     take(band->sums, ESTIMATES, &next, size);
-    for (int i = 0; i < SHARED_PARTS; i++) {
-        struct part_planes *part = &band->parts[i];
-        take(part->light, 3, &next, size);
-        take(&part->weight, 1, &next, size);
-        for (int k = 0; k < DISCS; k++) take(part->prediction[k], 3, &next, size);
-        take(part->errors, ESTIMATES, &next, size);
-    }
     take(&band->alike, 1, &next, width);
     take(band->counts, DISCS, &next, width);
     return true;
@@ -88,24 +101,27 @@ static bool band_init(struct band *band, const struct shared_light *shared, stru
 static void band_clear(struct band *band) {
     const size_t width = (size_t)band->width, size = width * MOST_ROWS;
     memset(band->memory, 0, (PLANES * size + ROWS * width) * sizeof *band->memory);
-    memset(band->surface, 0, size * sizeof *band->surface);
-    for (int i = 0; i < SHARED_PARTS; i++) band->parts[i].lit = false;
+    memset(band->surfaces, 0, SHARED_LAYERS * size * sizeof *band->surfaces);
+    for (int k = 0; k < SHARED_LAYERS; k++) {
+        band->layers[k].met = false;
+        for (int i = 0; i < SHARED_PARTS; i++) band->layers[k].parts[i].lit = false;
+    }
 }
 
 static size_t row_at(const struct band *band, int y) { return (size_t)(y - band->first) * (size_t)band->width; }
 
 // --- What is known of each pixel ---
-static void fill_part(struct part_planes *planes, size_t i, const struct shared_pixel *pixel,
-                      const struct shared_part *part) {
-    const float inverse = 1 / pixel->count;
+static void fill_part(struct part_planes *planes, size_t i, const struct shared_surface *surface,
+                      const struct shared_part *part, float paths) {
+    const float inverse = 1 / surface->count;
     const rgb sum = {part->light[0], part->light[1], part->light[2]}, own = rgb_scale(sum, inverse);
-    const float weight = sqrf(rgb_luminance((rgb){part->weight[0], part->weight[1], part->weight[2]}) / pixel->paths);
+    const float weight = sqrf(rgb_luminance((rgb){part->weight[0], part->weight[1], part->weight[2]}) / paths);
     const float spread = maxf(part->squares * inverse - rgb_luminance(rgb_mul(own, own)), 0);
-    const float batches = ceilf(pixel->paths / SHARED_BATCH) - 1, batched = pixel->count - pixel->batch_count;
+    const float batches = ceilf(paths / SHARED_BATCH) - 1, batched = surface->count - surface->batch_count;
     for (int c = 0; c < 3; c++) planes->light[c][i] = part->light[c];
     planes->lit |= rgb_luminance(sum) > 0;
     planes->weight[i] = weight;
-    planes->errors[OWN_SAMPLES][i] = weight * spread / maxf(pixel->count - 1, 1);
+    planes->errors[OWN_SAMPLES][i] = weight * spread / maxf(surface->count - 1, 1);
     planes->errors[OWN_BATCHES][i] = planes->errors[OWN_SAMPLES][i];
     if (batches < 2 || !(batched > 0)) return;
     const float mean = (rgb_luminance(sum) - part->batch) / batches;
@@ -113,73 +129,108 @@ static void fill_part(struct part_planes *planes, size_t i, const struct shared_
     planes->errors[OWN_BATCHES][i] = weight * variance * sqrf(batches / batched);
 }
 
-static float pixel_level(const struct shared_pixel *pixel) {
+static void fill_pixel(struct layer *layer, size_t i, const struct shared_surface *surface, float paths) {
+    const float inverse = 1 / surface->count;
+    const vec3 n = vec3_normalize((vec3){surface->n[0], surface->n[1], surface->n[2]});
+    if (!vec3_is_finite(n)) return;
+    layer->met = true;
+    layer->surface[i] = surface->surface;
+    layer->count[i] = surface->count;
+    for (int c = 0; c < 3; c++) layer->p[c][i] = surface->p[c] * inverse;
+    layer->n[0][i] = n.x;
+    layer->n[1][i] = n.y;
+    layer->n[2][i] = n.z;
+    for (int k = 0; k < SHARED_PARTS; k++) fill_part(&layer->parts[k], i, surface, &surface->parts[k], paths);
+}
+
+static float pixel_level(const struct shared_light *shared, size_t pixel) {
     float sum = 0;
-    for (int i = 0; i < SHARED_PARTS; i++) {
-        const float *product = pixel->parts[i].product;
-        sum += rgb_luminance((rgb){product[0], product[1], product[2]});
+    for (int k = 0; k < SHARED_LAYERS; k++) {
+        for (int i = 0; i < SHARED_PARTS; i++) {
+            const float *product = shared->layers[k][pixel].parts[i].product;
+            sum += rgb_luminance((rgb){product[0], product[1], product[2]});
+        }
     }
-    return sum / pixel->paths;
+    return shared->paths[pixel] > 0 ? sum / shared->paths[pixel] : 0;
 }
 
 static void fill_row(struct band *band, int y) {
-    const size_t row = row_at(band, y);
     for (size_t x = 0; x < (size_t)band->width; x++) {
-        const struct shared_pixel *pixel = &band->shared->pixels[(size_t)y * (size_t)band->width + x];
-        if (!(pixel->count > 0)) continue;
-        const float inverse = 1 / pixel->count;
-        const vec3 n = vec3_normalize((vec3){pixel->n[0], pixel->n[1], pixel->n[2]});
-        if (!vec3_is_finite(n)) continue;
-        band->surface[row + x] = pixel->surface;
-        band->count[row + x] = pixel->count;
-        band->level[row + x] = pixel_level(pixel);
-        for (int c = 0; c < 3; c++) band->p[c][row + x] = pixel->p[c] * inverse;
-        band->n[0][row + x] = n.x;
-        band->n[1][row + x] = n.y;
-        band->n[2][row + x] = n.z;
-        for (int i = 0; i < SHARED_PARTS; i++) fill_part(&band->parts[i], row + x, pixel, &pixel->parts[i]);
+        const size_t pixel = (size_t)y * (size_t)band->width + x, i = row_at(band, y) + x;
+        band->level[i] = pixel_level(band->shared, pixel);
+        for (int k = 0; k < SHARED_LAYERS; k++) {
+            const struct shared_surface *surface = &band->shared->layers[k][pixel];
+            if (surface->surface) fill_pixel(&band->layers[k], i, surface, band->shared->paths[pixel]);
+        }
     }
 }
 
 // --- What its neighbours predict ---
-// How much the neighbours at an offset count for the pixels in columns x0 to x1 of a row.
+static float kernel(int disc, int dx, int dy) {
+    return 1 - (float)(dx * dx + dy * dy) / sqrf(radii[disc] + 0.5f); // 0 and less: beyond the disc
+}
+
+// How much a neighbour at q with normal m counts at p with normal n, on one surface.
+static inline float likeness(vec3 p, vec3 n, vec3 q, vec3 m) {
+    const vec3 apart = vec3_sub(q, p);
+    const bool in_plane = sqrf(vec3_dot(apart, n)) <= sqrf(out_of_plane) * vec3_dot(apart, apart);
+    return in_plane ? minf(maxf((vec3_dot(n, m) - least_cosine) / (1 - least_cosine), 0), 1) : 0;
+}
+
+// The same for a row of pixels and their neighbours at one offset, in columns x0 to x1, between the first layers.
 static void compare(const struct band *band, size_t row, ptrdiff_t away, ptrdiff_t x0, ptrdiff_t x1) {
-    const uint32_t *restrict surface = band->surface + row;
-    const float *restrict px = band->p[0] + row, *restrict py = band->p[1] + row, *restrict pz = band->p[2] + row;
-    const float *restrict nx = band->n[0] + row, *restrict ny = band->n[1] + row, *restrict nz = band->n[2] + row;
+    const struct layer *layer = &band->layers[0];
+    const uint32_t *restrict surface = layer->surface + row;
+    const float *restrict px = layer->p[0] + row, *restrict py = layer->p[1] + row, *restrict pz = layer->p[2] + row;
+    const float *restrict nx = layer->n[0] + row, *restrict ny = layer->n[1] + row, *restrict nz = layer->n[2] + row;
     float *restrict alike = band->alike;
     for (ptrdiff_t x = x0; x < x1; x++) {
-        const float cosine = nx[x] * nx[x + away] + ny[x] * ny[x + away] + nz[x] * nz[x + away];
-        const float u = px[x + away] - px[x], v = py[x + away] - py[x], w = pz[x + away] - pz[x];
-        const float height = u * nx[x] + v * ny[x] + w * nz[x];
-        const bool in_plane = height * height <= out_of_plane * out_of_plane * (u * u + v * v + w * w);
-        const float fit = minf(maxf((cosine - least_cosine) / (1 - least_cosine), 0), 1);
-        alike[x] = in_plane && surface[x] == surface[x + away] ? fit : 0;
+        const ptrdiff_t i = x + away;
+        const float like = likeness((vec3){px[x], py[x], pz[x]}, (vec3){nx[x], ny[x], nz[x]},
+                                    (vec3){px[i], py[i], pz[i]}, (vec3){nx[i], ny[i], nz[i]});
+        alike[x] = surface[x] == surface[i] ? like : 0;
     }
 }
 
-static void add_neighbours(const struct band *band, const float *plane, float *sum, float kernel, ptrdiff_t away,
+static void add_neighbours(const struct band *band, const float *plane, float *sum, float weight, ptrdiff_t away,
                            ptrdiff_t x0, ptrdiff_t x1) {
     const float *restrict alike = band->alike, *restrict from = plane + away;
     float *restrict to = sum;
-    for (ptrdiff_t x = x0; x < x1; x++) to[x] += kernel * alike[x] * from[x];
+    for (ptrdiff_t x = x0; x < x1; x++) to[x] += weight * alike[x] * from[x];
 }
 
 static void add_offset(struct band *band, int y, int dx, int dy) {
-    const float apart2 = (float)(dx * dx + dy * dy);
     const ptrdiff_t away = (ptrdiff_t)dy * band->width + dx;
     const ptrdiff_t x0 = dx < 0 ? -dx : 0, x1 = dx > 0 ? band->width - dx : band->width;
     const size_t row = row_at(band, y);
-    if (apart2 == 0 || apart2 >= sqrf(REACH + 0.5f) || x0 >= x1) return;
+    const struct layer *layer = &band->layers[0];
+    if ((dx == 0 && dy == 0) || kernel(DISCS - 1, dx, dy) <= 0 || x0 >= x1) return;
     compare(band, row, away, x0, x1);
-    for (int k = DISCS - 1; k >= 0 && apart2 < sqrf(radii[k] + 0.5f); k--) {
-        const float kernel = 1 - apart2 / sqrf(radii[k] + 0.5f);
-        add_neighbours(band, band->count + row, band->counts[k], kernel, away, x0, x1);
+    for (int d = DISCS - 1; d >= 0 && kernel(d, dx, dy) > 0; d--) {
+        const float weight = kernel(d, dx, dy);
+        add_neighbours(band, layer->count + row, band->counts[d], weight, away, x0, x1);
         for (int i = 0; i < SHARED_PARTS; i++) {
-            const struct part_planes *part = &band->parts[i];
+            const struct part_planes *part = &layer->parts[i];
             for (int c = 0; c < 3 && part->lit; c++)
-                add_neighbours(band, part->light[c] + row, part->prediction[k][c] + row, kernel, away, x0, x1);
+                add_neighbours(band, part->light[c] + row, part->prediction[d][c] + row, weight, away, x0, x1);
         }
+    }
+}
+
+static vec3 planes_at(float *const planes[3], size_t i) { return (vec3){planes[0][i], planes[1][i], planes[2][i]}; }
+
+// For the second layer: of one pixel, a neighbour in either.
+static void add_neighbour(struct band *band, const struct layer *from, int x, int y, int dx, int dy) {
+    struct layer *layer = &band->layers[1];
+    const size_t i = row_at(band, y) + (size_t)x, j = row_at(band, y + dy) + (size_t)(x + dx);
+    if (layer->surface[i] != from->surface[j]) return;
+    const float alike =
+        likeness(planes_at(layer->p, i), planes_at(layer->n, i), planes_at(from->p, j), planes_at(from->n, j));
+    for (int d = DISCS - 1; d >= 0 && alike > 0 && kernel(d, dx, dy) > 0; d--) {
+        const float weight = alike * kernel(d, dx, dy);
+        band->counts[d][x] += weight * from->count[j];
+        for (int k = 0; k < SHARED_PARTS; k++)
+            for (int c = 0; c < 3; c++) layer->parts[k].prediction[d][c][i] += weight * from->parts[k].light[c][j];
     }
 }
 
@@ -192,31 +243,44 @@ static float nearest_mean(const struct band *band, const float *plane, int x, in
     return sum / 9;
 }
 
-static void predict_row(struct band *band, int y) {
-    const size_t row = row_at(band, y);
-    for (int k = 0; k < DISCS; k++) memset(band->counts[k], 0, (size_t)band->width * sizeof(float));
-    for (int dy = -REACH; dy <= REACH; dy++)
-        for (int dx = -REACH; dx <= REACH && y + dy >= band->first && y + dy < band->last; dx++)
-            add_offset(band, y, dx, dy);
-    for (int i = 0; i < SHARED_PARTS; i++) {
-        struct part_planes *part = &band->parts[i];
-        for (size_t x = 0; x < (size_t)band->width && part->lit; x++) {
-            const float relative = 1 / sqrf(nearest_mean(band, band->level, (int)x, y) + band->least_level);
-            const float factor = band->counts[0][x] > 0 ? relative : 0; // the other discs are larger
-            part->weight[row + x] *= factor;
-            part->errors[OWN_SAMPLES][row + x] *= factor;
-            part->errors[OWN_BATCHES][row + x] *= factor;
-            for (int k = 0; part->weight[row + x] > 0 && k < DISCS; k++) {
-                float apart[3];
-                for (int c = 0; c < 3; c++) {
-                    float *prediction = &part->prediction[k][c][row + x];
-                    *prediction /= band->counts[k][x];
-                    apart[c] = sqrf(*prediction - part->light[c][row + x] / band->count[row + x]);
-                }
-                part->errors[k][row + x] = part->weight[row + x] * rgb_luminance((rgb){apart[0], apart[1], apart[2]});
+// Sums to means, and how far they are off.
+static void end_prediction(struct band *band, struct layer *layer, int x, int y) {
+    const size_t i = row_at(band, y) + (size_t)x;
+    const float relative = 1 / sqrf(nearest_mean(band, band->level, x, y) + band->least_level);
+    const float factor = band->counts[0][x] > 0 ? relative : 0; // the other discs are larger
+    for (int k = 0; k < SHARED_PARTS; k++) {
+        struct part_planes *part = &layer->parts[k];
+        if (!part->lit) continue;
+        part->weight[i] *= factor;
+        part->errors[OWN_SAMPLES][i] *= factor;
+        part->errors[OWN_BATCHES][i] *= factor;
+        for (int d = 0; part->weight[i] > 0 && d < DISCS; d++) {
+            float apart[3];
+            for (int c = 0; c < 3; c++) {
+                float *prediction = &part->prediction[d][c][i];
+                *prediction /= band->counts[d][x];
+                apart[c] = sqrf(*prediction - part->light[c][i] / layer->count[i]);
             }
+            part->errors[d][i] = part->weight[i] * rgb_luminance((rgb){apart[0], apart[1], apart[2]});
         }
     }
+}
+
+static void predict_row(struct band *band, int layer_index, int y) {
+    struct layer *layer = &band->layers[layer_index];
+    for (int d = 0; d < DISCS; d++) memset(band->counts[d], 0, (size_t)band->width * sizeof(float));
+    for (int dy = -REACH; dy <= REACH; dy++) {
+        if (y + dy < band->first || y + dy >= band->last) continue;
+        for (int dx = -REACH; dx <= REACH && layer_index == 0; dx++) add_offset(band, y, dx, dy);
+        for (int x = 0; x < band->width && layer_index > 0; x++) {
+            if (!layer->surface[row_at(band, y) + (size_t)x]) continue;
+            for (int dx = x < REACH ? -x : -REACH; dx <= REACH && x + dx < band->width; dx++)
+                for (int k = 0; k < SHARED_LAYERS && (dx || dy); k++)
+                    add_neighbour(band, &band->layers[k], x, y, dx, dy);
+        }
+    }
+    for (int x = 0; x < band->width; x++)
+        if (layer->surface[row_at(band, y) + (size_t)x]) end_prediction(band, layer, x, y);
 }
 
 // --- What is made of both ---
@@ -262,20 +326,21 @@ static float own_share(const struct band *band, const struct part_planes *part, 
     return variance > 0 && share < 1 ? share : 1; // 1 if anything has overflown
 }
 
-static void mix_row(const struct band *band, int part_index, int y) {
-    const struct part_planes *part = &band->parts[part_index];
+static void mix_row(const struct band *band, int layer_index, int part_index, int y) {
+    const struct layer *layer = &band->layers[layer_index];
+    const struct part_planes *part = &layer->parts[part_index];
     const size_t row = row_at(band, y);
     for (int x = 0; x < band->width; x++) {
         const size_t i = row + (size_t)x, index = (size_t)y * (size_t)band->width + (size_t)x;
         if (!(part->weight[i] > 0)) continue;
         int disc = 0;
         const float own = own_share(band, part, x, y, &disc);
-        const struct shared_pixel *pixel = &band->shared->pixels[index];
-        const struct shared_part *sums = &pixel->parts[part_index];
+        const struct shared_part *sums = &band->shared->layers[layer_index][index].parts[part_index];
+        const float passes = maxf(band->passes, band->shared->paths[index]);
         float *channels = &band->image->pixels[index * (size_t)band->image->channels];
         for (int c = 0; c < 3; c++) {
-            const float light = own * part->light[c][i] / pixel->count + (1 - own) * part->prediction[disc][c][i];
-            const float change = (sums->weight[c] * light - sums->product[c]) / maxf(band->passes, pixel->paths);
+            const float light = own * part->light[c][i] / layer->count[i] + (1 - own) * part->prediction[disc][c][i];
+            const float change = (sums->weight[c] * light - sums->product[c]) / passes;
             channels[c] = maxf(channels[c] + change, minf(channels[c], 0)); // no less than 0 by rounding
         }
     }
@@ -290,19 +355,20 @@ static void make_band(void *user, size_t index, int worker) {
     band->last = end + HALO < height ? end + HALO : height;
     band_clear(band);
     for (int y = band->first; y < band->last; y++) fill_row(band, y);
-    for (int y = first; y < last; y++) predict_row(band, y);
-    for (int i = 0; i < SHARED_PARTS; i++) {
-        if (!band->parts[i].lit) continue;
-        for (int y = first; y < last; y++) sum_along(band, &band->parts[i], y);
-        for (int y = begin; y < end; y++) mix_row(band, i, y);
+    for (int k = 0; k < SHARED_LAYERS && band->layers[k].met; k++) {
+        for (int y = first; y < last; y++) predict_row(band, k, y);
+        for (int i = 0; i < SHARED_PARTS; i++) {
+            const struct part_planes *part = &band->layers[k].parts[i];
+            for (int y = first; y < last && part->lit; y++) sum_along(band, part, y);
+            for (int y = begin; y < end && part->lit; y++) mix_row(band, k, i, y);
+        }
     }
 }
 
 static float mean_level(const struct shared_light *shared) {
     double sum = 0;
     const size_t count = (size_t)shared->width * (size_t)shared->height;
-    for (size_t i = 0; i < count; i++)
-        if (shared->pixels[i].paths > 0) sum += (double)pixel_level(&shared->pixels[i]);
+    for (size_t i = 0; i < count; i++) sum += (double)pixel_level(shared, i);
     return (float)(sum / (double)count);
 }
 
@@ -318,7 +384,7 @@ enum status shared_light_apply(const struct shared_light *shared, size_t passes,
     if (ready) parallel_for(threads, count, make_band, bands);
     for (int i = 0; bands && i < threads; i++) {
         free(bands[i].memory);
-        free(bands[i].surface);
+        free(bands[i].surfaces);
     }
     free(bands);
     if (ready) return STATUS_OK;

@@ -3,21 +3,28 @@
 #include <stdlib.h>
 
 enum status shared_light_create(struct shared_light **result, int width, int height, struct error *error) {
+    const size_t count = (size_t)width * (size_t)height;
     struct shared_light *shared = calloc(1, sizeof *shared);
     *result = shared;
-    if (shared) {
+    bool ready = shared;
+    if (ready) {
         shared->width = width;
         shared->height = height;
-        shared->pixels = calloc((size_t)width * (size_t)height, sizeof *shared->pixels);
+        shared->paths = calloc(count, sizeof *shared->paths);
+        ready = shared->paths;
     }
-    if (!shared || !shared->pixels)
-        return error_set(error, STATUS_MEMORY, "out of memory for the shared light of %d x %d pixels", width, height);
-    return STATUS_OK;
+    for (int k = 0; ready && k < SHARED_LAYERS; k++) {
+        shared->layers[k] = calloc(count, sizeof *shared->layers[k]); // what is never met costs no memory
+        ready = shared->layers[k];
+    }
+    if (ready) return STATUS_OK;
+    return error_set(error, STATUS_MEMORY, "out of memory for the shared light of %d x %d pixels", width, height);
 }
 
 void shared_light_destroy(struct shared_light *shared) {
     if (!shared) return;
-    free(shared->pixels);
+    for (int k = 0; k < SHARED_LAYERS; k++) free(shared->layers[k]);
+    free(shared->paths);
     free(shared);
 }
 
@@ -27,34 +34,48 @@ static void add_to(float sums[3], float x, float y, float z) {
     sums[2] += z;
 }
 
-static void end_batch(struct shared_pixel *pixel) {
-    pixel->batch_count = 0;
+static void end_batch(struct shared_surface *surface) {
+    surface->batch_count = 0;
     for (int i = 0; i < SHARED_PARTS; i++) {
-        struct shared_part *part = &pixel->parts[i];
+        struct shared_part *part = &surface->parts[i];
         part->batch_squares += sqrf(part->batch);
         part->batch = 0;
     }
 }
 
-void shared_light_add(struct shared_light *shared, size_t index, const struct shared_sample *sample) {
-    struct shared_pixel *pixel = &shared->pixels[index];
-    if (pixel->paths > 0 && fmodf(pixel->paths, SHARED_BATCH) == 0) end_batch(pixel);
-    pixel->paths += 1;
-    if (!pixel->surface) pixel->surface = sample->surface;
-    if (!sample->surface || pixel->surface != sample->surface) return;
+static bool is_finite(const struct shared_sample *sample) {
     for (int i = 0; i < SHARED_PARTS; i++)
-        if (!rgb_is_finite(sample->light[i]) || !rgb_is_finite(sample->weight[i])) return;
-    pixel->count += 1;
-    pixel->batch_count += 1;
-    add_to(pixel->p, sample->p.x, sample->p.y, sample->p.z);
-    add_to(pixel->n, sample->n.x, sample->n.y, sample->n.z);
+        if (!rgb_is_finite(sample->light[i]) || !rgb_is_finite(sample->weight[i])) return false;
+    return true;
+}
+
+static void add_sample(struct shared_surface *surface, const struct shared_sample *sample) {
+    surface->surface = sample->surface;
+    surface->count += 1;
+    surface->batch_count += 1;
+    add_to(surface->p, sample->p.x, sample->p.y, sample->p.z);
+    add_to(surface->n, sample->n.x, sample->n.y, sample->n.z);
     for (int i = 0; i < SHARED_PARTS; i++) {
-        struct shared_part *part = &pixel->parts[i];
+        struct shared_part *part = &surface->parts[i];
         const rgb light = sample->light[i], weight = sample->weight[i];
         add_to(part->light, light.r, light.g, light.b);
         add_to(part->weight, weight.r, weight.g, weight.b);
         add_to(part->product, weight.r * light.r, weight.g * light.g, weight.b * light.b);
         part->squares += rgb_luminance(rgb_mul(light, light));
         part->batch += rgb_luminance(light);
+    }
+}
+
+void shared_light_add(struct shared_light *shared, size_t pixel, const struct shared_sample *samples, int count) {
+    const bool batch_ends = shared->paths[pixel] > 0 && fmodf(shared->paths[pixel], SHARED_BATCH) == 0;
+    shared->paths[pixel] += 1;
+    for (int k = 0; k < SHARED_LAYERS && batch_ends; k++)
+        if (shared->layers[k][pixel].surface) end_batch(&shared->layers[k][pixel]);
+    for (int i = 0; i < count; i++) {
+        int k = 0;
+        while (k < SHARED_LAYERS && shared->layers[k][pixel].surface &&
+               shared->layers[k][pixel].surface != samples[i].surface)
+            k++;
+        if (k < SHARED_LAYERS && is_finite(&samples[i])) add_sample(&shared->layers[k][pixel], &samples[i]);
     }
 }

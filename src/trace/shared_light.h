@@ -12,10 +12,10 @@
 #include "image/image.h"
 #include "math/vec.h"
 
-enum { SHARED_PARTS = 4 };
+enum { SHARED_PARTS = 4, SHARED_LAYERS = 2 };
 
-struct shared_sample { // of one path
-    uint32_t surface; // 1 + number of what it sees; 0: nothing that is shared
+struct shared_sample { // of one path at one surface
+    uint32_t surface; // 1 + number of what it sees
     vec3 p, n; // where
     rgb weight[SHARED_PARTS], light[SHARED_PARTS]; // what the picture gets is weight * light
 };
@@ -23,8 +23,9 @@ struct shared_sample { // of one path
 struct shared_light;
 enum status shared_light_create(struct shared_light **shared, int width, int height, struct error *error);
 void shared_light_destroy(struct shared_light *shared); // NULL is allowed
-// Once for every path; threads may add to different pixels at a time. A pixel keeps the surface that it has met first.
-void shared_light_add(struct shared_light *shared, size_t pixel, const struct shared_sample *sample);
+// Once for every path, of different surfaces; threads may add to different pixels at a time. A pixel keeps the
+// SHARED_LAYERS surfaces that it has met first.
+void shared_light_add(struct shared_light *shared, size_t pixel, const struct shared_sample *samples, int count);
 // Changes R, G and B (channels 0 to 2) of the film's image, the mean of `passes` passes, of which all or the last ones
 // have been added. The variance stays that of the pixels' own samples.
 enum status shared_light_apply(const struct shared_light *shared, size_t passes, struct image *image, int threads,
@@ -37,14 +38,14 @@ struct shared_part {
     float squares; // sum of the luminance of light^2
     float batch, batch_squares; // luminance of light in the running batch; sum of the squares of those of all before
 };
-struct shared_pixel {
-    uint32_t surface; // 0: none yet
-    float paths; // all
-    float count, batch_count; // those that met the surface; of them, in the running batch
+struct shared_surface { // as one pixel sees it
+    uint32_t surface; // 0: none
+    float count, batch_count; // paths that met it; of them, in the running batch
     float p[3], n[3]; // sums
     struct shared_part parts[SHARED_PARTS];
 };
 struct shared_light {
     int width, height;
-    struct shared_pixel *pixels;
+    float *paths; // of each pixel
+    struct shared_surface *layers[SHARED_LAYERS]; // the first surface of each pixel, ...
 };
