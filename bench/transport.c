@@ -24,7 +24,7 @@ static enum status render(const struct scene *scene, const struct integrator_typ
         status = type->render_pass(state, &film, (uint64_t)pass, run, error);
         if (!status) film_end_pass(&film, 1);
     }
-    if (!status) status = integrator_image(type, state, &film, 1, image, error);
+    if (!status) status = integrator_image(type, state, &film, run, image, error);
     *seconds += clock_cpu_s() - begin;
     for (int i = 0; i < PATH_STAGES && !status && type == &path_integrator; i++)
         stage_s[i] += ((const struct path_tracer *)state)->workers->stage_s[i];

@@ -11,9 +11,10 @@ struct rendering {
 };
 
 static inline enum status rendering_from_film(struct rendering *result, const struct integrator_type *type,
-                                              const void *state, const struct film *film, struct error *error) {
+                                              const void *state, const struct film *film, const struct run *run,
+                                              struct error *error) {
     *result = (struct rendering){.width = film->width, .height = film->height};
-    enum status status = integrator_image(type, state, film, 1, &result->image, error);
+    enum status status = integrator_image(type, state, film, run, &result->image, error);
     size_t count = (size_t)result->width * (size_t)result->height;
     for (size_t i = 0; status == STATUS_OK && i < 3 * count; i++) {
         result->mean[i % 3] += result->image.pixels[i / 3 * 6 + i % 3] / (double)count;
@@ -35,7 +36,7 @@ static inline enum status render_scene(struct scene *scene, const struct integra
         status = type->render_pass(state, &film, (uint64_t)pass, &run, error);
         if (status == STATUS_OK) film_end_pass(&film, 1);
     }
-    if (status == STATUS_OK) status = rendering_from_film(result, type, state, &film, error);
+    if (status == STATUS_OK) status = rendering_from_film(result, type, state, &film, &run, error);
     if (state) type->destroy(state);
     film_fini(&film);
     scene_fini(scene);

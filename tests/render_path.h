@@ -32,7 +32,7 @@ static inline void render_path(const char *xml, const struct path_test *test, st
         film_end_pass(&film, 1);
     }
     *dropped = path_dropped(state);
-    assert_int_equal(rendering_from_film(result, &path_integrator, state, &film, &error), STATUS_OK);
+    assert_int_equal(rendering_from_film(result, &path_integrator, state, &film, &run, &error), STATUS_OK);
     path_integrator.destroy(state);
     film_fini(&film);
     scene_fini(&scene);

@@ -83,7 +83,7 @@ static enum status film_restore(struct film *film, const struct image *image, in
 static enum status job_save(struct long_job *job, const void *state, double cpu_begin, struct error *error) {
     struct image image;
     enum status status =
-        integrator_image(integrator_table[job->scene.integrator], state, &job->film, job->run->threads, &image, error);
+        integrator_image(integrator_table[job->scene.integrator], state, &job->film, job->run, &image, error);
     if (status) return status;
     job->spent_s = clock_cpu_s() - cpu_begin;
     unlink(job->numbers_path);

@@ -55,15 +55,15 @@ enum status render_scene(const struct scene *scene, const struct render_options 
             done++;
         }
     }
+    if (!status) run_progress(run, type->name, 1, clock_wall_s() - wall, NULL);
     const bool picture = done && (!status || status == STATUS_CANCELLED);
     enum status saved = STATUS_OK;
-    if (picture) saved = integrator_image(type, state, &film, run->threads, &image, status ? NULL : error);
+    if (picture) saved = integrator_image(type, state, &film, run, &image, status ? NULL : error);
     *result = (struct render_result){.width = film.width,
                                      .height = film.height,
                                      .samples = done,
                                      .wall_s = clock_wall_s() - wall,
                                      .cpu_s = clock_cpu_s() - cpu};
-    if (!status) run_progress(run, type->name, 1, result->wall_s, NULL);
     if (status == STATUS_CANCELLED)
         error_set(error, STATUS_CANCELLED, "stopped after %d samples per pixel%s%s", done,
                   done ? "; the picture so far is in " : "", done ? options->output : "");

@@ -17,7 +17,7 @@ struct integrator_type {
     enum status (*render_pass)(void *state, struct film *film, uint64_t pass, const struct run *run,
                                struct error *error);
     // What the state knows beyond the film changes the film's image; NULL: nothing does.
-    enum status (*finish)(const void *state, const struct film *film, struct image *image, int threads,
+    enum status (*finish)(const void *state, const struct film *film, struct image *image, const struct run *run,
                           struct error *error);
     void (*destroy)(void *state);
 };
@@ -25,5 +25,5 @@ extern const struct integrator_type
     *const integrator_table[]; // path, bdpt, particle in the order of enum integrator_kind; ends with NULL
 // The picture so far: film_image, finished. `state`: of all the film's passes, of its last ones, or NULL.
 enum status integrator_image(const struct integrator_type *type, const void *state, const struct film *film,
-                             int threads, struct image *image, struct error *error);
+                             const struct run *run, struct image *image, struct error *error);
 bool integrator_find(enum integrator_kind *kind, const char *name); // false: there is none of that name

@@ -9,10 +9,10 @@ const struct integrator_type *const integrator_table[] = {&path_integrator, &bdp
                                                           NULL};
 
 enum status integrator_image(const struct integrator_type *type, const void *state, const struct film *film,
-                             int threads, struct image *image, struct error *error) {
+                             const struct run *run, struct image *image, struct error *error) {
     enum status status = film_image(film, image, error);
     if (status || !state || !type->finish) return status;
-    status = type->finish(state, film, image, threads, error);
+    status = type->finish(state, film, image, run, error);
     if (status) image_fini(image);
     return status;
 }

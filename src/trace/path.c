@@ -182,10 +182,10 @@ static enum status render_pass(void *state, struct film *film, uint64_t pass, co
     return error_set(error, STATUS_CANCELLED, "cancelled");
 }
 
-static enum status finish(const void *state, const struct film *film, struct image *image, int threads,
+static enum status finish(const void *state, const struct film *film, struct image *image, const struct run *run,
                           struct error *error) {
     const struct path_tracer *tracer = state;
-    return tracer->shared ? shared_light_apply(tracer->shared, film->pass_count, image, threads, error) : STATUS_OK;
+    return tracer->shared ? shared_light_apply(tracer->shared, film->pass_count, image, run, error) : STATUS_OK;
 }
 
 static enum status create(const struct scene *scene, const struct run *run, void **state, struct error *error) {

@@ -346,9 +346,15 @@ static void mix_row(const struct band *band, int layer_index, int part_index, in
     }
 }
 
+struct job {
+    struct band *bands; // one a worker
+    size_t done; // of the picture's
+};
+
 static void make_band(void *user, size_t index, int worker) {
-    struct band *band = (struct band *)user + worker;
-    const int height = band->shared->height, begin = (int)index * BAND;
+    const struct job *job = user;
+    struct band *band = &job->bands[worker];
+    const int height = band->shared->height, begin = (int)(job->done + index) * BAND;
     const int end = begin + BAND < height ? begin + BAND : height;
     const int first = begin > WINDOW ? begin - WINDOW : 0, last = end + WINDOW < height ? end + WINDOW : height;
     band->first = begin > HALO ? begin - HALO : 0;
@@ -372,21 +378,29 @@ static float mean_level(const struct shared_light *shared) {
     return (float)(sum / (double)count);
 }
 
-enum status shared_light_apply(const struct shared_light *shared, size_t passes, struct image *image, int threads,
-                               struct error *error) {
+enum status shared_light_apply(const struct shared_light *shared, size_t passes, struct image *image,
+                               const struct run *run, struct error *error) {
+    enum { bands_at_once = 4, patience_s = 1 };
     const size_t count = (size_t)(shared->height + BAND - 1) / BAND;
-    if (threads < 1) threads = 1;
-    if ((size_t)threads > count) threads = (int)count;
+    const size_t threads = run->threads < 1 ? 1 : (size_t)run->threads < count ? (size_t)run->threads : count;
     const float least_level = dark * mean_level(shared);
-    struct band *bands = calloc((size_t)threads, sizeof *bands);
-    bool ready = bands;
-    for (int i = 0; ready && i < threads; i++) ready = band_init(&bands[i], shared, image, passes, least_level);
-    if (ready) parallel_for(threads, count, make_band, bands);
-    for (int i = 0; bands && i < threads; i++) {
-        free(bands[i].memory);
-        free(bands[i].surfaces);
+    const double begin_s = clock_wall_s();
+    struct job job = {.bands = calloc(threads, sizeof *job.bands)};
+    bool ready = job.bands;
+    for (size_t i = 0; ready && i < threads; i++) ready = band_init(&job.bands[i], shared, image, passes, least_level);
+    for (size_t some; ready && job.done < count; job.done += some) {
+        const size_t left = count - job.done;
+        some = left < bands_at_once * threads ? left : bands_at_once * threads;
+        parallel_for((int)threads, some, make_band, &job);
+        const double elapsed_s = clock_wall_s() - begin_s;
+        if (elapsed_s > patience_s)
+            run_progress(run, "sharing", (double)(job.done + some) / (double)count, elapsed_s, NULL);
     }
-    free(bands);
+    for (size_t i = 0; job.bands && i < threads; i++) {
+        free(job.bands[i].memory);
+        free(job.bands[i].surfaces);
+    }
+    free(job.bands);
     if (ready) return STATUS_OK;
     return error_set(error, STATUS_MEMORY, "out of memory for sharing light between %d x %d pixels", shared->width,
                      shared->height);

@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "base/error.h"
+#include "base/run.h"
 #include "image/image.h"
 #include "math/vec.h"
 
@@ -28,8 +29,8 @@ void shared_light_destroy(struct shared_light *shared); // NULL is allowed
 void shared_light_add(struct shared_light *shared, size_t pixel, const struct shared_sample *samples, int count);
 // Changes R, G and B (channels 0 to 2) of the film's image, the mean of `passes` passes, of which all or the last ones
 // have been added. The variance stays that of the pixels' own samples.
-enum status shared_light_apply(const struct shared_light *shared, size_t passes, struct image *image, int threads,
-                               struct error *error);
+enum status shared_light_apply(const struct shared_light *shared, size_t passes, struct image *image,
+                               const struct run *run, struct error *error);
 
 // For shared_filter.c.
 enum { SHARED_BATCH = 16 }; // paths

@@ -69,7 +69,7 @@ static void make_picture(const struct plane *plane, int threads, size_t earlier,
         picture->before[i] = (sum + (double)earlier * picture->truth[i]) / (double)passes;
         for (size_t c = 0; c < 3; c++) image.pixels[6 * i + c] = (float)picture->before[i];
     }
-    assert_int_equal(shared_light_apply(shared, passes, &image, threads, &error), STATUS_OK);
+    assert_int_equal(shared_light_apply(shared, passes, &image, &(struct run){.threads = threads}, &error), STATUS_OK);
     for (size_t i = 0; i < PIXELS; i++) picture->after[i] = (double)image.pixels[6 * i + 1];
     image_fini(&image);
     shared_light_destroy(shared);
