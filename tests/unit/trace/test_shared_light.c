@@ -1,6 +1,6 @@
 // Light that pixels share: made-up samples of a textured plane whose light is known, with a step in it, beside another
-// surface and on a film that was begun earlier; and a furnished room with and without sharing, against a long
-// rendering.
+// surface and on a film that was begun earlier; what paths tell against what the film holds; and a furnished room with
+// and without sharing, against a long rendering.
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -13,7 +13,7 @@
 #include "math/sampler.h"
 #include "render_path.h"
 #include "room_text.h"
-#include "trace/shared_light.h"
+#include "trace/path_state.h"
 
 enum { WIDTH = 70, HEIGHT = 50, PIXELS = WIDTH * HEIGHT, PART = 2 };
 
@@ -187,9 +187,49 @@ static void test_room(void **unused) {
     image_fini(&reference.image);
 }
 
+static const char *const glossy_room = HEAD("-1", "64", "0,-1.9,0", "0,2,-0.2")
+    BOX("x='2' y='2' z='1.5'", "x='0'",
+        "<bsdf type='roughplastic'><float name='alpha' value='0.2'/><rgb name='diffuse_reflectance' value='0.12 0.1 "
+        "0.08'/></bsdf>") SLAB("x='0.5' y='0.3' z='0.4'", "x='0.7' y='0.6' z='-1.1'",
+                              "<bsdf type='plastic'><rgb name='diffuse_reflectance' value='0.2 0.4 0.6'/></bsdf>")
+        PANEL("x='0.3' y='0.3'", "0", "x='0.5' y='0.5' z='0.8'", "30") "</scene>";
+
+// The parts are all that the film holds but for lights that the camera sees, and for third surfaces.
+static void test_parts_add_up(void **unused) {
+    (void)unused;
+    struct scene scene;
+    struct error error = {0};
+    struct film film;
+    void *state;
+    const struct run run = {.threads = 2, .seed = 3};
+    if (scene_from_document(&scene, glossy_room, &error)) fail_msg("%s", error.text);
+    scene.share_light = true;
+    assert_int_equal(film_init(&film, scene.sensor, &error), STATUS_OK);
+    assert_int_equal(path_create(&scene, &run, PATH_MIS, &state, &error), STATUS_OK);
+    for (uint64_t pass = 0; pass < 24; pass++) {
+        assert_int_equal(path_integrator.render_pass(state, &film, pass, &run, &error), STATUS_OK);
+        film_end_pass(&film, 2);
+    }
+    const struct shared_light *shared = ((const struct path_tracer *)state)->shared;
+    size_t whole = 0;
+    const size_t pixels = (size_t)film.width * (size_t)film.height;
+    for (size_t i = 0; i < pixels; i++) {
+        double told = 0;
+        for (int k = 0; k < SHARED_LAYERS; k++)
+            for (int part = 0; part < SHARED_PARTS; part++)
+                told += (double)shared->layers[k][i].parts[part].product[1] / (double)shared->paths[i];
+        assert_true(told <= film.mean[3 * i + 1] * 1.001 + 1e-6);
+        whole += told >= film.mean[3 * i + 1] * 0.999;
+    }
+    if (whole < pixels * 9 / 10) fail_msg("in %zu of %zu pixels the parts are all", whole, pixels);
+    path_integrator.destroy(state);
+    film_fini(&film);
+    scene_fini(&scene);
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_smooth_light), cmocka_unit_test(test_step),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_smooth_light),  cmocka_unit_test(test_step),
                                        cmocka_unit_test(test_other_surface), cmocka_unit_test(test_earlier_passes),
-                                       cmocka_unit_test(test_room)};
+                                       cmocka_unit_test(test_parts_add_up),  cmocka_unit_test(test_room)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
