@@ -185,7 +185,8 @@ static enum status render_pass(void *state, struct film *film, uint64_t pass, co
 static enum status finish(const void *state, const struct film *film, struct image *image, const struct run *run,
                           struct error *error) {
     const struct path_tracer *tracer = state;
-    return tracer->shared ? shared_light_apply(tracer->shared, film->pass_count, image, run, error) : STATUS_OK;
+    if (!tracer->shared || film->pass_count < 2) return STATUS_OK; // of one sample nobody knows how far it may be off
+    return shared_light_apply(tracer->shared, film->pass_count, image, run, error);
 }
 
 static enum status create(const struct scene *scene, const struct run *run, void **state, struct error *error) {

@@ -219,9 +219,9 @@ static void add_offset(struct band *band, int y, int dx, int dy) {
 
 static vec3 planes_at(float *const planes[3], size_t i) { return (vec3){planes[0][i], planes[1][i], planes[2][i]}; }
 
-// For the second layer: of one pixel, a neighbour in either.
-static void add_neighbour(struct band *band, const struct layer *from, int x, int y, int dx, int dy) {
-    struct layer *layer = &band->layers[1];
+// For one pixel of a later layer, a neighbour in any.
+static void add_neighbour(struct band *band, struct layer *layer, const struct layer *from, int x, int y, int dx,
+                          int dy) {
     const size_t i = row_at(band, y) + (size_t)x, j = row_at(band, y + dy) + (size_t)(x + dx);
     if (layer->surface[i] != from->surface[j]) return;
     const float alike =
@@ -266,18 +266,25 @@ static void end_prediction(struct band *band, struct layer *layer, int x, int y)
     }
 }
 
+static void add_neighbours_of(struct band *band, struct layer *layer, int x, int y, int dy) {
+    const int begin = x < REACH ? -x : -REACH, end = x + REACH < band->width ? REACH : band->width - 1 - x;
+    for (int dx = begin; dx <= end; dx++)
+        for (int k = 0; k < SHARED_LAYERS && (dx || dy); k++)
+            add_neighbour(band, layer, &band->layers[k], x, y, dx, dy);
+}
+
 static void predict_row(struct band *band, int layer_index, int y) {
     struct layer *layer = &band->layers[layer_index];
+    const int above = y - REACH > band->first ? -REACH : band->first - y;
+    const int below = y + REACH < band->last ? REACH : band->last - 1 - y;
     for (int d = 0; d < DISCS; d++) memset(band->counts[d], 0, (size_t)band->width * sizeof(float));
-    for (int dy = -REACH; dy <= REACH; dy++) {
-        if (y + dy < band->first || y + dy >= band->last) continue;
-        for (int dx = -REACH; dx <= REACH && layer_index == 0; dx++) add_offset(band, y, dx, dy);
-        for (int x = 0; x < band->width && layer_index > 0; x++) {
-            if (!layer->surface[row_at(band, y) + (size_t)x]) continue;
-            for (int dx = x < REACH ? -x : -REACH; dx <= REACH && x + dx < band->width; dx++)
-                for (int k = 0; k < SHARED_LAYERS && (dx || dy); k++)
-                    add_neighbour(band, &band->layers[k], x, y, dx, dy);
-        }
+    if (layer_index == 0) {
+        for (int dy = above; dy <= below; dy++)
+            for (int dx = -REACH; dx <= REACH; dx++) add_offset(band, y, dx, dy);
+    } else {
+        for (int x = 0; x < band->width; x++)
+            for (int dy = above; dy <= below && layer->surface[row_at(band, y) + (size_t)x]; dy++)
+                add_neighbours_of(band, layer, x, y, dy);
     }
     for (int x = 0; x < band->width; x++)
         if (layer->surface[row_at(band, y) + (size_t)x]) end_prediction(band, layer, x, y);
