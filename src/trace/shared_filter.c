@@ -117,16 +117,19 @@ static void fill_part(struct part_planes *planes, size_t i, const struct shared_
     const rgb sum = {part->light[0], part->light[1], part->light[2]}, own = rgb_scale(sum, inverse);
     const float weight = sqrf(rgb_luminance((rgb){part->weight[0], part->weight[1], part->weight[2]}) / paths);
     const float spread = maxf(part->squares * inverse - rgb_luminance(rgb_mul(own, own)), 0);
-    const float batches = ceilf(paths / SHARED_BATCH) - 1, batched = surface->count - surface->batch_count;
     for (int c = 0; c < 3; c++) planes->light[c][i] = part->light[c];
     planes->lit |= rgb_luminance(sum) > 0;
     planes->weight[i] = weight;
     planes->errors[OWN_SAMPLES][i] = weight * spread / maxf(surface->count - 1, 1);
     planes->errors[OWN_BATCHES][i] = planes->errors[OWN_SAMPLES][i];
-    if (batches < 2 || !(batched > 0)) return;
-    const float mean = (rgb_luminance(sum) - part->batch) / batches;
-    const float variance = maxf(part->batch_squares / batches - mean * mean, 0) / (batches - 1);
-    planes->errors[OWN_BATCHES][i] = weight * variance * sqrf(batches / batched);
+    // The paths told so far are whole batches and the running one, none of them empty.
+    const float batches = ceilf(paths / SHARED_BATCH) - 1, running = paths - SHARED_BATCH * batches;
+    if (paths < 2 * SHARED_BATCH) return;
+    const float total = rgb_luminance(sum), share = total / paths, full = share * SHARED_BATCH;
+    const float squares = part->batch_squares - 2 * full * (total - part->batch) + batches * sqrf(full);
+    const float independent = 1 - (batches * SHARED_BATCH * SHARED_BATCH + sqrf(running)) / sqrf(paths);
+    const float variance = (maxf(squares, 0) + sqrf(part->batch - running * share)) / independent;
+    planes->errors[OWN_BATCHES][i] = weight * variance * sqrf(inverse);
 }
 
 static void fill_pixel(struct layer *layer, size_t i, const struct shared_surface *surface, float paths) {

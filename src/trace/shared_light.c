@@ -35,7 +35,6 @@ static void add_to(float sums[3], float x, float y, float z) {
 }
 
 static void end_batch(struct shared_surface *surface) {
-    surface->batch_count = 0;
     for (int i = 0; i < SHARED_PARTS; i++) {
         struct shared_part *part = &surface->parts[i];
         part->batch_squares += sqrf(part->batch);
@@ -52,7 +51,6 @@ static bool is_finite(const struct shared_sample *sample) {
 static void add_sample(struct shared_surface *surface, const struct shared_sample *sample) {
     surface->surface = sample->surface;
     surface->count += 1;
-    surface->batch_count += 1;
     add_to(surface->p, sample->p.x, sample->p.y, sample->p.z);
     add_to(surface->n, sample->n.x, sample->n.y, sample->n.z);
     for (int i = 0; i < SHARED_PARTS; i++) {

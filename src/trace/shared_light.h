@@ -41,7 +41,7 @@ struct shared_part {
 };
 struct shared_surface { // as one pixel sees it
     uint32_t surface; // 0: none
-    float count, batch_count; // paths that met it; of them, in the running batch
+    float count; // paths that met it
     float p[3], n[3]; // sums
     struct shared_part parts[SHARED_PARTS];
 };
