@@ -64,6 +64,14 @@ static void add_sample(struct shared_surface *surface, const struct shared_sampl
     }
 }
 
+// It bends little: what a pixel sees of the sides of a box are different surfaces.
+static bool same_surface(const struct shared_surface *surface, const struct shared_sample *sample) {
+    static const float least_cosine = 0.9f;
+    const vec3 n = {surface->n[0], surface->n[1], surface->n[2]};
+    if (!surface->surface) return true;
+    return surface->surface == sample->surface && vec3_dot(n, sample->n) >= least_cosine * vec3_length(n);
+}
+
 void shared_light_add(struct shared_light *shared, size_t pixel, const struct shared_sample *samples, int count) {
     const bool batch_ends = shared->paths[pixel] > 0 && fmodf(shared->paths[pixel], SHARED_BATCH) == 0;
     shared->paths[pixel] += 1;
@@ -71,9 +79,7 @@ void shared_light_add(struct shared_light *shared, size_t pixel, const struct sh
         if (shared->layers[k][pixel].surface) end_batch(&shared->layers[k][pixel]);
     for (int i = 0; i < count; i++) {
         int k = 0;
-        while (k < SHARED_LAYERS && shared->layers[k][pixel].surface &&
-               shared->layers[k][pixel].surface != samples[i].surface)
-            k++;
+        while (k < SHARED_LAYERS && !same_surface(&shared->layers[k][pixel], &samples[i])) k++;
         if (k < SHARED_LAYERS && is_finite(&samples[i])) add_sample(&shared->layers[k][pixel], &samples[i]);
     }
 }
