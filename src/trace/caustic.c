@@ -21,10 +21,12 @@ struct caustic {
     struct caustic_worker *workers;
     int worker_count;
     struct splat_list lists[CAUSTIC_WAVE];
+    struct caustic_views views[CAUSTIC_WAVE]; // of what the lists hold
     // of the running wave
     const struct run *run;
     uint64_t pass;
     size_t first;
+    struct shared_light *shared; // or NULL
 };
 
 static void worker_fini(struct caustic_worker *worker) {
@@ -121,7 +123,10 @@ void caustic_destroy(struct caustic *caustic) {
     for (size_t i = 0; caustic->targets && i < caustic->scene->luminaire_count; i++)
         caustic_targets_fini(&caustic->targets[i]);
     for (int i = 0; caustic->workers && i < caustic->worker_count; i++) worker_fini(&caustic->workers[i]);
-    for (size_t i = 0; i < CAUSTIC_WAVE; i++) splat_list_fini(&caustic->lists[i]);
+    for (size_t i = 0; i < CAUSTIC_WAVE; i++) {
+        splat_list_fini(&caustic->lists[i]);
+        free(caustic->views[i].items);
+    }
     free(caustic->targets);
     free(caustic->workers);
     free(caustic->blocks);
@@ -131,26 +136,52 @@ void caustic_destroy(struct caustic *caustic) {
 static void trace_block(void *user, size_t index, int worker) {
     struct caustic *caustic = user;
     splat_list_clear(&caustic->lists[index]);
+    caustic->views[index].count = 0;
     if (run_cancelled(caustic->run)) return;
     const struct caustic_block *block = &caustic->blocks[caustic->first + index];
     struct caustic_job job = {
         caustic->scene,  caustic->residual,  &caustic->camera, &caustic->targets[block->luminaire],
         caustic->hidden, caustic->run->seed, caustic->pass};
-    caustic_trace_block(&job, block, &caustic->workers[worker], &caustic->lists[index]);
+    caustic_trace_block(&job, block, &caustic->workers[worker], &caustic->lists[index],
+                        caustic->shared ? &caustic->views[index] : NULL);
 }
 
-enum status caustic_render(struct caustic *caustic, struct film *film, uint64_t pass, const struct run *run,
-                           size_t *dropped, struct error *error) {
+struct telling {
+    const struct caustic *caustic;
+    size_t list_count, pixel_count, band_count;
+    float scale;
+};
+
+static void tell_band(void *user, size_t band, int worker) {
+    (void)worker;
+    const struct telling *t = user;
+    const size_t begin = band * t->pixel_count / t->band_count, end = (band + 1) * t->pixel_count / t->band_count;
+    for (size_t l = 0; l < t->list_count; l++) {
+        const struct splat_list *list = &t->caustic->lists[l];
+        for (size_t i = 0; i < list->count; i++) {
+            const struct splat *splat = &list->items[i];
+            const struct shared_splat *view = &t->caustic->views[l].items[splat->source];
+            if (splat->pixel >= begin && splat->pixel < end)
+                shared_light_splat(t->caustic->shared, splat->pixel, view, rgb_scale(splat->value, t->scale));
+        }
+    }
+}
+
+enum status caustic_render(struct caustic *caustic, struct film *film, struct shared_light *shared, uint64_t pass,
+                           const struct run *run, size_t *dropped, struct error *error) {
     const struct sensor *sensor = caustic->scene->sensor;
+    const float scale = (float)sensor->width * (float)sensor->height;
     int threads = run->threads < caustic->worker_count ? run->threads : caustic->worker_count;
     caustic->run = run;
     caustic->pass = pass;
+    caustic->shared = shared;
     for (caustic->first = 0; caustic->first < caustic->block_count; caustic->first += CAUSTIC_WAVE) {
         size_t left = caustic->block_count - caustic->first, count = left < CAUSTIC_WAVE ? left : CAUSTIC_WAVE;
         parallel_for(threads, count, trace_block, caustic);
         if (run_cancelled(run)) return error_set(error, STATUS_CANCELLED, "cancelled");
-        splat_merge(caustic->lists, count, (float)sensor->width * (float)sensor->height, film->pass,
-                    (size_t)film->width * (size_t)film->height, threads);
+        splat_merge(caustic->lists, count, scale, film->pass, (size_t)film->width * (size_t)film->height, threads);
+        struct telling telling = {caustic, count, (size_t)film->width * (size_t)film->height, (size_t)threads, scale};
+        if (shared) parallel_for(threads, telling.band_count, tell_band, &telling);
         for (size_t i = 0; i < count; i++) {
             *dropped += caustic->lists[i].dropped;
             if (caustic->lists[i].out_of_memory)

@@ -15,12 +15,13 @@
 
 struct caustic;
 struct residual;
+struct shared_light;
 // *caustic is NULL where no particle could find anything: then path tracing has to count all paths. `residual`: NULL,
 // or of an unbiased rendering; it has to outlive *caustic.
 enum status caustic_create(struct caustic **caustic, const struct scene *scene, const struct residual *residual,
                            const struct run *run, struct error *error);
 void caustic_destroy(struct caustic *caustic); // NULL is allowed
-// Adds one pass of caustics to film->pass; the same for any number of threads. *dropped grows by the contributions that
-// were not finite.
-enum status caustic_render(struct caustic *caustic, struct film *film, uint64_t pass, const struct run *run,
-                           size_t *dropped, struct error *error);
+// Adds one pass of caustics to film->pass; the same for any number of threads. `shared`: NULL, or what learns of them
+// too. *dropped grows by the contributions that were not finite.
+enum status caustic_render(struct caustic *caustic, struct film *film, struct shared_light *shared, uint64_t pass,
+                           const struct run *run, size_t *dropped, struct error *error);

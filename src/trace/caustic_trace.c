@@ -5,6 +5,8 @@
 // path_shadow.c exactly: a lamp dims an edge by T unless one of its ends is on that lamp's own geometry.
 #include "trace/caustic_trace.h"
 
+#include <stdlib.h>
+
 #include "trace/hull_look.h"
 
 static const float max_survival = 0.95f;
@@ -191,8 +193,37 @@ static bool camera_finds(const struct caustic_job *job, const struct surface *su
     return i < 0 || job->scene->luminaires[i].appearance != APPEARANCE_GEOMETRY;
 }
 
+// What the camera sees of what arrives at a particle's surface.
+static struct shared_splat view_particle(const struct caustic_particle *particle, vec3 to_camera) {
+    const struct surface *surface = &particle->surface;
+    const struct shared_view view = shared_view_of(surface, to_camera, 0);
+    const rgb broad = shared_view_share(&view, surface, to_camera, vec3_neg(particle->ray.direction));
+    return (struct shared_splat){.surface = shared_view_exists(surface) ? view.surface : 0,
+                                 .n = view.n,
+                                 .part = SHARED_CAUSTIC,
+                                 .share = {[SHARED_BROAD] = broad, [SHARED_GLOSS] = rgb_sub(rgb_gray(1), broad)},
+                                 .weight = {[SHARED_BROAD] = rgb_scale(view.broad, particle->fork.inverse_share),
+                                            [SHARED_GLOSS] = rgb_gray(1)}};
+}
+
+// The number by which splats find it.
+static uint32_t keep_view(struct caustic_views *views, const struct shared_splat *view, struct splat_list *splats) {
+    if (views->count == views->capacity) {
+        const size_t capacity = views->capacity ? 2 * views->capacity : CAUSTIC_BLOCK;
+        struct shared_splat *items = realloc(views->items, capacity * sizeof *items);
+        if (!items) {
+            splats->out_of_memory = true;
+            return 0;
+        }
+        views->items = items;
+        views->capacity = capacity;
+    }
+    views->items[views->count] = *view;
+    return (uint32_t)views->count++;
+}
+
 static void connect_particle(const struct caustic_job *job, struct caustic_worker *worker,
-                             struct caustic_particle *particle) {
+                             struct caustic_particle *particle, bool viewed) {
     const struct surface *surface = &particle->surface;
     struct camera_link link;
     if (!(surface_bsdf_flags(surface) & BSDF_SMOOTH) || !camera_finds(job, surface)) return;
@@ -207,15 +238,18 @@ static void connect_particle(const struct caustic_job *job, struct caustic_worke
     value = rgb_mul(value, segment_absorption(surface, NULL, link.direction, link.distance));
     if (rgb_is_black(value) || hulls_block(job->scene, &ray)) return;
     add_crossings(job, worker, (uint32_t)worker->link_count, &ray, ray.t_max, surface->shape->luminaire, -1, true);
-    worker->links[worker->link_count++] = (struct caustic_link){ray, link.film, value};
+    struct caustic_link *kept = &worker->links[worker->link_count++];
+    *kept = (struct caustic_link){ray, link.film, value, {0}};
+    if (viewed) kept->view = view_particle(particle, link.direction);
 }
 
-static void connect(const struct caustic_job *job, struct caustic_worker *worker, struct splat_list *splats) {
+static void connect(const struct caustic_job *job, struct caustic_worker *worker, struct splat_list *splats,
+                    struct caustic_views *views) {
     worker->link_count = 0;
     worker->crossings.count = 0;
     for (size_t i = 0; i < worker->active_count; i++) {
         struct caustic_particle *particle = &worker->particles[worker->active[i]];
-        if (particle->scatters && particle->stage != CAUSTIC_NEAR) connect_particle(job, worker, particle);
+        if (particle->scatters && particle->stage != CAUSTIC_NEAR) connect_particle(job, worker, particle, views);
     }
     crossing_batch_answer(&worker->crossings, job->scene);
     for (size_t i = 0; i < worker->crossings.count; i++) {
@@ -223,8 +257,11 @@ static void connect(const struct caustic_job *job, struct caustic_worker *worker
         struct caustic_link *link = &worker->links[crossing->item];
         link->value = rgb_mul(link->value, crossing->transmittance);
     }
-    for (size_t i = 0; i < worker->link_count; i++)
-        splat_add(splats, job->scene->sensor, worker->links[i].film, worker->links[i].value);
+    for (size_t i = 0; i < worker->link_count; i++) {
+        const struct caustic_link *link = &worker->links[i];
+        if (views) splats->source = keep_view(views, &link->view, splats);
+        splat_add(splats, job->scene->sensor, link->film, link->value);
+    }
 }
 
 static bool scatter_particle(const struct caustic_job *job, struct caustic_particle *particle) {
@@ -263,14 +300,15 @@ static void scatter(const struct caustic_job *job, struct caustic_worker *worker
 }
 
 void caustic_trace_block(const struct caustic_job *job, const struct caustic_block *block,
-                         struct caustic_worker *worker, struct splat_list *splats) {
+                         struct caustic_worker *worker, struct splat_list *splats,
+                         struct caustic_views *views) {
     if (job->residual)
         emit(job, block, worker);
     else
         begin(job, block, worker);
     while (worker->active_count) {
         hit(job, (int)block->luminaire, worker);
-        connect(job, worker, splats);
+        connect(job, worker, splats, views);
         scatter(job, worker);
     }
 }

@@ -6,6 +6,7 @@
 #include "trace/caustic_target.h"
 #include "trace/luminaire_crossing.h"
 #include "trace/residual.h"
+#include "trace/shared_view.h"
 #include "trace/splat.h"
 #include "trace/subpath.h"
 
@@ -34,6 +35,12 @@ struct caustic_link { // a vertex on its way to the camera
     struct ray ray;
     vec2 film;
     rgb value;
+    struct shared_splat view;
+};
+
+struct caustic_views { // how pixels see what splats bring, by their source
+    struct shared_splat *items;
+    size_t count, capacity;
 };
 
 struct caustic_worker {
@@ -63,4 +70,5 @@ struct caustic_job {
 };
 
 void caustic_trace_block(const struct caustic_job *job, const struct caustic_block *block,
-                         struct caustic_worker *worker, struct splat_list *splats);
+                         struct caustic_worker *worker, struct splat_list *splats,
+                         struct caustic_views *views); // views: or NULL

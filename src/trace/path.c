@@ -165,7 +165,7 @@ static enum status render_pass(void *state, struct film *film, uint64_t pass, co
     parallel_for(run->threads < tracer->worker_count ? run->threads : tracer->worker_count, tiles, trace_tile, tracer);
     enum status status = STATUS_OK;
     if (tracer->caustic && !tracer->cancelled)
-        status = caustic_render(tracer->caustic, film, pass, run, &tracer->dropped, error);
+        status = caustic_render(tracer->caustic, film, tracer->shared, pass, run, &tracer->dropped, error);
     if (status == STATUS_CANCELLED) tracer->cancelled = true;
     for (int i = 0; i < tracer->worker_count; i++) {
         tracer->dropped += tracer->workers[i].dropped;

@@ -5,62 +5,36 @@
 // the gloss, which is what is left.
 #include "trace/path_state.h"
 
-enum { BROAD_DIRECT, GLOSS_DIRECT, BROAD_INDIRECT, GLOSS_INDIRECT };
-_Static_assert(GLOSS_INDIRECT + 1 == SHARED_PARTS, "every part is told");
+enum { BROAD_DIRECT = SHARED_DIRECT, BROAD_INDIRECT = SHARED_INDIRECT };
 static const float all_broad = 0.8f; // least broadness of a surface that has no gloss
-static const float least_broad = 0.02f; // of the light that arrives evenly, reflected: less is all gloss
-static const float aside_cosine = 0.5f, aside_sine = 0.8660254f; // of the direction far from the gloss
-
-// On the side where the light comes from, so far from the mirror direction.
-static vec3 aside(vec3 n, vec3 wi) {
-    const vec3 along = vec3_mad(n, -vec3_dot(n, wi), wi);
-    const float length = vec3_length(along);
-    const vec3 unit = length > 1e-4f ? vec3_scale(along, 1 / length) : frame_from_normal(n).s;
-    return vec3_mad(unit, aside_sine, vec3_scale(n, aside_cosine));
-}
 
 static void begin(const struct path_tracer *tracer, struct path *path) {
-    enum { mirrors_told_apart = 8 };
     const struct surface *surface = &path->surface;
-    const vec3 wi = vec3_neg(path->ray.direction);
-    const vec3 n = vec3_dot(surface->ng, wi) < 0 ? vec3_neg(surface->shading.n) : surface->shading.n;
-    const uint32_t mirrors = (uint32_t)path->depth % mirrors_told_apart;
-    float pdf;
-    rgb broad = rgb_scale(path_response(path, aside(n, wi), &pdf), PI_F / aside_cosine);
-    if (!(rgb_luminance(broad) > least_broad)) broad = rgb_gray(0);
     struct path_share *share = &path->share;
+    share->view = shared_view_of(surface, vec3_neg(path->ray.direction), path->depth);
     share->state = SHARE_HERE;
     share->glossy = path_lobes_at(tracer, surface).broadness < all_broad;
-    share->samples[share->count++] =
-        (struct shared_sample){.surface = 1 + mirrors_told_apart * surface->shape->index + mirrors,
-                               .p = surface->p,
-                               .n = n,
-                               .weight = {broad, path->beta, broad, path->beta}};
+    const rgb broad = rgb_scale(rgb_mul(path->beta, share->view.broad), path->fork.inverse_share);
+    share->samples[share->count++] = (struct shared_sample){.surface = share->view.surface,
+                                                            .p = surface->p,
+                                                            .n = share->view.n,
+                                                            .weight = {[SHARED_BROAD] = broad, [SHARED_GLOSS] = path->beta}};
 }
 
 static struct shared_sample *last_sample(struct path_share *share) { return &share->samples[share->count - 1]; }
 
-static rgb ratio(rgb a, rgb b) {
-    return (rgb){b.r > 0 ? a.r / b.r : 0, b.g > 0 ? a.g / b.g : 0, b.b > 0 ? a.b / b.b : 0};
-}
-
 // Of what the surface reflects from a direction.
-static rgb broad_share(struct path *path, vec3 wo) {
-    struct path_share *share = &path->share;
-    const struct shared_sample *sample = last_sample(share);
-    if (!share->glossy) return rgb_gray(1);
-    const float cosine = maxf(vec3_dot(sample->n, wo), 0) * INV_PI_F;
-    float pdf;
-    const rgb part = ratio(rgb_scale(sample->weight[BROAD_DIRECT], cosine), path_response(path, wo, &pdf));
-    return (rgb){minf(part.r, 1), minf(part.g, 1), minf(part.b, 1)};
+static rgb broad_share(const struct path *path, vec3 wo) {
+    if (!path->share.glossy) return rgb_gray(1);
+    return shared_view_share(&path->share.view, &path->surface, vec3_neg(path->ray.direction), wo);
 }
 
 static void tell(struct path_share *share, int broad_part, rgb gain, rgb broad) {
     struct shared_sample *sample = last_sample(share);
     rgb *light = &sample->light[broad_part]; // the gloss is next to it
     const rgb smooth = rgb_mul(gain, broad);
-    light[0] = rgb_add(light[0], ratio(smooth, sample->weight[broad_part]));
-    light[1] = rgb_add(light[1], ratio(rgb_sub(gain, smooth), sample->weight[broad_part + 1]));
+    light[0] = rgb_add(light[0], shared_ratio(smooth, sample->weight[SHARED_BROAD]));
+    light[1] = rgb_add(light[1], shared_ratio(rgb_sub(gain, smooth), sample->weight[SHARED_GLOSS]));
 }
 
 void path_share(const struct path_tracer *tracer, struct path_worker *worker) {
@@ -76,7 +50,7 @@ void path_share(const struct path_tracer *tracer, struct path_worker *worker) {
         }
         if (share->state == SHARE_HERE) share->state = SHARE_NONE; // it was not scattered there but mirrored
         if (share->state != SHARE_NONE || share->count == SHARED_LAYERS || !path->look) continue;
-        if (!path->surface.shape->hull && path->surface.shape->luminaire < 0) begin(tracer, path);
+        if (shared_view_exists(&path->surface)) begin(tracer, path);
     }
 }
 

@@ -15,7 +15,7 @@
 #include "trace/mirror_list.h"
 #include "trace/radiance_cache.h"
 #include "trace/residual.h"
-#include "trace/shared_light.h"
+#include "trace/shared_view.h"
 
 enum { PATH_STAGES = 10, PATH_TILE = 32, PATH_BLOCK = PATH_TILE * PATH_TILE };
 
@@ -64,6 +64,7 @@ enum share_state {
 struct path_share {
     enum share_state state;
     bool glossy;
+    struct shared_view view; // where the path stands
     rgb before; // the path's radiance when it left, or when it arrived
     rgb broad; // share of what comes from where it went
     int count;

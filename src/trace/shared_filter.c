@@ -112,10 +112,10 @@ static size_t row_at(const struct band *band, int y) { return (size_t)(y - band-
 
 // --- What is known of each pixel ---
 static void fill_part(struct part_planes *planes, size_t i, const struct shared_surface *surface,
-                      const struct shared_part *part, float paths) {
+                      const struct shared_part *part, const float weights[3], float paths) {
     const float inverse = 1 / surface->count;
     const rgb sum = {part->light[0], part->light[1], part->light[2]}, own = rgb_scale(sum, inverse);
-    const float weight = sqrf(rgb_luminance((rgb){part->weight[0], part->weight[1], part->weight[2]}) / paths);
+    const float weight = sqrf(rgb_luminance((rgb){weights[0], weights[1], weights[2]}) / paths);
     const float spread = maxf(part->squares * inverse - rgb_luminance(rgb_mul(own, own)), 0);
     for (int c = 0; c < 3; c++) planes->light[c][i] = part->light[c];
     planes->lit |= rgb_luminance(sum) > 0;
@@ -143,7 +143,7 @@ static void fill_pixel(struct layer *layer, size_t i, const struct shared_surfac
     layer->n[0][i] = n.x;
     layer->n[1][i] = n.y;
     layer->n[2][i] = n.z;
-    for (int k = 0; k < SHARED_PARTS; k++) fill_part(&layer->parts[k], i, surface, &surface->parts[k], paths);
+    for (int k = 0; k < SHARED_PARTS; k++) fill_part(&layer->parts[k], i, surface, &surface->parts[k], surface->weights[k % SHARED_WEIGHTS], paths);
 }
 
 static float pixel_level(const struct shared_light *shared, size_t pixel) {
@@ -345,12 +345,14 @@ static void mix_row(const struct band *band, int layer_index, int part_index, in
         if (!(part->weight[i] > 0)) continue;
         int disc = 0;
         const float own = own_share(band, part, x, y, &disc);
-        const struct shared_part *sums = &band->shared->layers[layer_index][index].parts[part_index];
+        const struct shared_surface *surface = &band->shared->layers[layer_index][index];
+        const float *weights = surface->weights[part_index % SHARED_WEIGHTS];
+        const float *products = surface->parts[part_index].product;
         const float passes = maxf(band->passes, band->shared->paths[index]);
         float *channels = &band->image->pixels[index * (size_t)band->image->channels];
         for (int c = 0; c < 3; c++) {
             const float light = own * part->light[c][i] / layer->count[i] + (1 - own) * part->prediction[disc][c][i];
-            const float change = (sums->weight[c] * light - sums->product[c]) / passes;
+            const float change = (weights[c] * light - products[c]) / passes;
             channels[c] = maxf(channels[c] + change, minf(channels[c], 0)); // no less than 0 by rounding
         }
     }

@@ -44,8 +44,15 @@ static void end_batch(struct shared_surface *surface) {
 
 static bool is_finite(const struct shared_sample *sample) {
     for (int i = 0; i < SHARED_PARTS; i++)
-        if (!rgb_is_finite(sample->light[i]) || !rgb_is_finite(sample->weight[i])) return false;
+        if (!rgb_is_finite(sample->light[i]) || !rgb_is_finite(sample->weight[i % SHARED_WEIGHTS])) return false;
     return true;
+}
+
+static void add_light(struct shared_part *part, rgb light, rgb product) {
+    add_to(part->light, light.r, light.g, light.b);
+    add_to(part->product, product.r, product.g, product.b);
+    part->squares += rgb_luminance(rgb_mul(light, light));
+    part->batch += rgb_luminance(light);
 }
 
 static void add_sample(struct shared_surface *surface, const struct shared_sample *sample) {
@@ -53,23 +60,17 @@ static void add_sample(struct shared_surface *surface, const struct shared_sampl
     surface->count += 1;
     add_to(surface->p, sample->p.x, sample->p.y, sample->p.z);
     add_to(surface->n, sample->n.x, sample->n.y, sample->n.z);
-    for (int i = 0; i < SHARED_PARTS; i++) {
-        struct shared_part *part = &surface->parts[i];
-        const rgb light = sample->light[i], weight = sample->weight[i];
-        add_to(part->light, light.r, light.g, light.b);
-        add_to(part->weight, weight.r, weight.g, weight.b);
-        add_to(part->product, weight.r * light.r, weight.g * light.g, weight.b * light.b);
-        part->squares += rgb_luminance(rgb_mul(light, light));
-        part->batch += rgb_luminance(light);
-    }
+    for (int i = 0; i < SHARED_WEIGHTS; i++)
+        add_to(surface->weights[i], sample->weight[i].r, sample->weight[i].g, sample->weight[i].b);
+    for (int i = 0; i < SHARED_PARTS; i++)
+        add_light(&surface->parts[i], sample->light[i], rgb_mul(sample->weight[i % SHARED_WEIGHTS], sample->light[i]));
 }
 
 // It bends little: what a pixel sees of the sides of a box are different surfaces.
-static bool same_surface(const struct shared_surface *surface, const struct shared_sample *sample) {
+static bool same_surface(const struct shared_surface *surface, uint32_t number, vec3 normal) {
     static const float least_cosine = 0.9f;
     const vec3 n = {surface->n[0], surface->n[1], surface->n[2]};
-    if (!surface->surface) return true;
-    return surface->surface == sample->surface && vec3_dot(n, sample->n) >= least_cosine * vec3_length(n);
+    return number && surface->surface == number && vec3_dot(n, normal) >= least_cosine * vec3_length(n);
 }
 
 void shared_light_add(struct shared_light *shared, size_t pixel, const struct shared_sample *samples, int count) {
@@ -79,7 +80,21 @@ void shared_light_add(struct shared_light *shared, size_t pixel, const struct sh
         if (shared->layers[k][pixel].surface) end_batch(&shared->layers[k][pixel]);
     for (int i = 0; i < count; i++) {
         int k = 0;
-        while (k < SHARED_LAYERS && !same_surface(&shared->layers[k][pixel], &samples[i])) k++;
+        while (k < SHARED_LAYERS && shared->layers[k][pixel].surface &&
+               !same_surface(&shared->layers[k][pixel], samples[i].surface, samples[i].n))
+            k++;
         if (k < SHARED_LAYERS && is_finite(&samples[i])) add_sample(&shared->layers[k][pixel], &samples[i]);
+    }
+}
+
+void shared_light_splat(struct shared_light *shared, size_t pixel, const struct shared_splat *splat, rgb value) {
+    for (int k = 0; k < SHARED_LAYERS; k++) {
+        struct shared_surface *surface = &shared->layers[k][pixel];
+        if (!same_surface(surface, splat->surface, splat->n)) continue;
+        for (int i = 0; i < SHARED_WEIGHTS; i++) {
+            const rgb product = rgb_mul(value, splat->share[i]), light = shared_ratio(product, splat->weight[i]);
+            if (rgb_is_finite(light)) add_light(&surface->parts[splat->part + i], light, product);
+        }
+        return;
     }
 }

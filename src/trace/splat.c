@@ -34,7 +34,7 @@ static void list_push(struct splat_list *list, uint32_t pixel, rgb value) {
         list->items = items;
         list->capacity = capacity;
     }
-    list->items[list->count++] = (struct splat){pixel, value};
+    list->items[list->count++] = (struct splat){pixel, list->source, value};
 }
 
 void splat_add(struct splat_list *list, const struct sensor *sensor, vec2 film, rgb value) {

@@ -9,12 +9,14 @@
 
 struct splat {
     uint32_t pixel; // in the crop
+    uint32_t source;
     rgb value;
 };
 
 struct splat_list { // zeroed: empty; one writer at a time
     struct splat *items;
     size_t count, capacity;
+    uint32_t source; // the writer's number for what it adds next
     bool out_of_memory; // something was left out
     size_t dropped; // values that were not finite
 };

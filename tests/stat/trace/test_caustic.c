@@ -14,7 +14,7 @@
 #include <cmocka.h>
 
 #include "math/warp.h"
-#include "trace/path.h"
+#include "trace/path_state.h"
 #include "luminaire_stand_in.h"
 #include "write_file.h"
 
@@ -222,7 +222,46 @@ static void test_threads(void **unused) {
     scene_fini(&scene);
 }
 
+// What particles bring is told to the pixels that share it, but for what falls on surfaces that their paths have
+// missed.
+static void test_shared(void **unused) {
+    (void)unused;
+    enum { passes = 16 };
+    static const struct composition composition = {"none", "neural", -1, 0};
+    struct scene scene;
+    struct run run = {.threads = 2, .seed = 3};
+    struct side side;
+    struct film film;
+    struct caustic *caustic;
+    struct error error = {0};
+    size_t dropped = 0;
+    double told = 0, all = 0;
+    load(&scene, &composition, &run);
+    scene.share_light = true;
+    side_init(&side, &scene, &run, PATH_MIS);
+    assert_int_equal(film_init(&film, scene.sensor, &error), STATUS_OK);
+    assert_int_equal(caustic_create(&caustic, &scene, NULL, &run, &error), STATUS_OK);
+    for (int pass = 0; pass < passes; pass++) {
+        side_pass(&side, &run, pass);
+        assert_int_equal(caustic_render(caustic, &film, NULL, (uint64_t)pass, &run, &dropped, &error), STATUS_OK);
+    }
+    const struct shared_light *shared = ((const struct path_tracer *)side.state)->shared;
+    for (size_t i = 0; i < SIZE * SIZE; i++) {
+        all += (double)film.pass[3 * i + 1];
+        for (int k = 0; k < SHARED_LAYERS; k++)
+            for (int part = SHARED_CAUSTIC; part < SHARED_CAUSTIC + SHARED_WEIGHTS; part++)
+                told += (double)shared->layers[k][i].parts[part].product[1];
+    }
+    printf("%.1f %% of the caustics are told\n", 100 * told / all);
+    assert_true(told > 0.9 * all && told < 1.0001 * all);
+    caustic_destroy(caustic);
+    film_fini(&film);
+    side_fini(&side);
+    scene_fini(&scene);
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_same_image), cmocka_unit_test(test_threads)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_same_image), cmocka_unit_test(test_threads),
+                                       cmocka_unit_test(test_shared)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -59,7 +59,7 @@ static void make_picture(const struct plane *plane, int threads, size_t earlier,
             const float light = light_at(plane, x, y, right);
             struct shared_sample sample = {
                 .surface = plane->two ? 1 + right : 1, .p = {(float)x + u.x, (float)y + u.y, 0}, .n = {0, 0, 1}};
-            sample.weight[PART] = rgb_gray(texture);
+            sample.weight[PART % SHARED_WEIGHTS] = rgb_gray(texture);
             sample.light[PART] = rgb_gray(disturbed(light, plane->noise, sampler_1d(&sampler)));
             sum += (double)(texture * sample.light[PART].g);
             truth += (double)(texture * light);
