@@ -13,7 +13,7 @@
 #include "image/image.h"
 #include "math/vec.h"
 
-enum { SHARED_WEIGHTS = 2, SHARED_PARTS = 6, SHARED_LAYERS = 2 }; // part i has weight i % SHARED_WEIGHTS
+enum { SHARED_WEIGHTS = 2, SHARED_PARTS = 6, SHARED_LAYERS = 3 }; // part i has weight i % SHARED_WEIGHTS
 
 struct shared_sample { // of one path at one surface
     uint32_t surface; // 1 + number of what it sees
