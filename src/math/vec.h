@@ -20,6 +20,8 @@ typedef struct {
 // One instruction each, which fminf and fmaxf are not for their care with NaN: with a NaN the result is b.
 static inline float minf(float a, float b) { return a < b ? a : b; }
 static inline float maxf(float a, float b) { return a > b ? a : b; }
+static inline int mini(int a, int b) { return a < b ? a : b; }
+static inline int maxi(int a, int b) { return a > b ? a : b; }
 
 static inline vec3 vec3_make(float x, float y, float z) { return (vec3){x, y, z}; }
 static inline vec3 vec3_add(vec3 a, vec3 b) { return (vec3){a.x + b.x, a.y + b.y, a.z + b.z}; }

@@ -198,12 +198,12 @@ static struct shared_splat view_particle(const struct caustic_particle *particle
     const struct surface *surface = &particle->surface;
     const struct shared_view view = shared_view_of(surface, to_camera, 0);
     const rgb broad = shared_view_share(&view, surface, to_camera, vec3_neg(particle->ray.direction));
-    return (struct shared_splat){.surface = shared_view_exists(surface) ? view.surface : 0,
-                                 .n = view.n,
-                                 .part = SHARED_CAUSTIC,
-                                 .share = {[SHARED_BROAD] = broad, [SHARED_GLOSS] = rgb_sub(rgb_gray(1), broad)},
-                                 .weight = {[SHARED_BROAD] = rgb_scale(view.broad, particle->fork.inverse_share),
-                                            [SHARED_GLOSS] = rgb_gray(1)}};
+    return (struct shared_splat){
+        .surface = shared_view_exists(surface) ? view.surface : 0,
+        .n = view.n,
+        .part = SHARED_CAUSTIC,
+        .share = {[SHARED_BROAD] = broad, [SHARED_GLOSS] = rgb_sub(rgb_gray(1), broad)},
+        .weight = {[SHARED_BROAD] = rgb_scale(view.broad, particle->fork.inverse_share), [SHARED_GLOSS] = rgb_gray(1)}};
 }
 
 // The number by which splats find it.
@@ -300,8 +300,7 @@ static void scatter(const struct caustic_job *job, struct caustic_worker *worker
 }
 
 void caustic_trace_block(const struct caustic_job *job, const struct caustic_block *block,
-                         struct caustic_worker *worker, struct splat_list *splats,
-                         struct caustic_views *views) {
+                         struct caustic_worker *worker, struct splat_list *splats, struct caustic_views *views) {
     if (job->residual)
         emit(job, block, worker);
     else

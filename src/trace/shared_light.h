@@ -2,7 +2,7 @@
 // from its neighbours (Keller, Dahm and Binder 2016, "Path Space Filtering"). Every pixel keeps sums of what arrived at
 // the surface that it sees, in parts each of which varies slowly from pixel to pixel once it is divided by its weight.
 // The film keeps what every pixel found by itself; the picture gets, for each part, the mix of a pixel's own mean and
-// its neighbours' that promises the least error (shared_filter.c).
+// what its neighbours predict that promises the least error (shared_filter.c).
 #pragma once
 
 #include <stddef.h>

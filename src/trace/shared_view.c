@@ -20,10 +20,10 @@ struct shared_view shared_view_of(const struct surface *surface, vec3 wi, int mi
     const vec3 n = vec3_dot(surface->ng, wi) < 0 ? vec3_neg(surface->shading.n) : surface->shading.n;
     const rgb response = surface_eval_bsdf(surface, wi, aside(n, wi), TRANSPORT_RADIANCE);
     const rgb broad = rgb_scale(response, PI_F / aside_cosine);
-    return (struct shared_view){
-        .surface = 1 + mirrors_told_apart * surface->shape->index + (uint32_t)mirrors % mirrors_told_apart,
-        .n = n,
-        .broad = rgb_luminance(broad) > least_broad ? broad : rgb_gray(0)};
+    return (struct shared_view){.surface = 1 + mirrors_told_apart * surface->shape->index +
+                                           (uint32_t)mirrors % mirrors_told_apart,
+                                .n = n,
+                                .broad = rgb_luminance(broad) > least_broad ? broad : rgb_gray(0)};
 }
 
 rgb shared_view_share(const struct shared_view *view, const struct surface *surface, vec3 wi, vec3 wo) {

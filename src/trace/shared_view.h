@@ -7,6 +7,7 @@
 
 enum { SHARED_BROAD, SHARED_GLOSS }; // weights
 enum { SHARED_DIRECT = 0, SHARED_INDIRECT = 2, SHARED_CAUSTIC = 4 }; // parts, each in two by weight
+_Static_assert(SHARED_CAUSTIC + SHARED_WEIGHTS == SHARED_PARTS, "every part is told");
 
 struct shared_view {
     uint32_t surface; // 1 + number; apart for each count of mirrors

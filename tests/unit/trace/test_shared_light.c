@@ -1,6 +1,7 @@
 // Light that pixels share: made-up samples of a textured plane whose light is known, with a step in it, beside another
-// surface and on a film that was begun earlier; what paths tell against what the film holds; and a furnished room with
-// and without sharing, against a long rendering.
+// surface or another side of the same and on a film that was begun earlier, with single bright paths, and lit by
+// splats; what paths tell against what the film holds; and a furnished room with and without sharing,
+// against a long rendering.
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -21,6 +22,9 @@ struct plane {
     int passes;
     bool steps; // the light, in the middle
     bool two; // surfaces, each half of the plane; the pixels between see both
+    bool bent; // the two are sides of one
+    bool spot; // in the middle the light is ten times as much
+    float flash; // what a single path brings more, there
     float noise; // relative
 };
 
@@ -32,9 +36,14 @@ static bool is_right(const struct plane *plane, int x, float u) {
     return x > WIDTH / 2 || (x == WIDTH / 2 && (!plane->two || u < 0.3f));
 }
 
+static bool is_middle(size_t pixel) { return pixel == PIXELS / 2 + WIDTH / 2; }
+
 static float light_at(const struct plane *plane, int x, int y, bool right) {
+    if (plane->spot && is_middle((size_t)(y * WIDTH + x))) return 10;
+    if (plane->flash > 0) return 1;
     if (plane->two) return right ? 100 : 1;
     if (plane->steps) return right ? 3 : 1;
+    if (plane->spot) return 1;
     return 1 + 0.01f * (float)x + 0.02f * (float)y;
 }
 
@@ -50,7 +59,7 @@ static void make_picture(const struct plane *plane, int threads, size_t earlier,
     const size_t passes = (size_t)plane->passes + earlier;
     for (size_t i = 0; i < PIXELS; i++) {
         const int x = (int)i % WIDTH, y = (int)i / WIDTH;
-        const float texture = 0.2f + 0.7f * (float)((x / 3 + y / 2) % 2);
+        const float texture = plane->flash > 0 ? 0.5f : 0.2f + 0.7f * (float)((x / 3 + y / 2) % 2);
         double sum = 0, truth = 0;
         for (int pass = 0; pass < plane->passes; pass++) {
             struct sampler sampler = sampler_make(3, i, (uint64_t)pass);
@@ -58,9 +67,12 @@ static void make_picture(const struct plane *plane, int threads, size_t earlier,
             const bool right = is_right(plane, x, sampler_1d(&sampler));
             const float light = light_at(plane, x, y, right);
             struct shared_sample sample = {
-                .surface = plane->two ? 1 + right : 1, .p = {(float)x + u.x, (float)y + u.y, 0}, .n = {0, 0, 1}};
+                .surface = plane->two && !plane->bent ? 1 + right : 1,
+                .p = {(float)x + u.x, (float)y + u.y, plane->bent && right ? 0.75f * (WIDTH / 2 - (float)x - u.x) : 0},
+                .n = {plane->bent && right ? 0.6f : 0, 0, plane->bent && right ? 0.8f : 1}};
             sample.weight[PART % SHARED_WEIGHTS] = rgb_gray(texture);
             sample.light[PART] = rgb_gray(disturbed(light, plane->noise, sampler_1d(&sampler)));
+            if (is_middle(i) && pass == 3) sample.light[PART] = rgb_add(sample.light[PART], rgb_gray(plane->flash));
             sum += (double)(texture * sample.light[PART].g);
             truth += (double)(texture * light);
             shared_light_add(shared, i, &sample, 1);
@@ -102,7 +114,8 @@ static void test_smooth_light(void **unused) {
         assert_memory_equal(picture.after, again.after, sizeof picture.after);
         const double before = squared_error(picture.before, &picture, 0, WIDTH),
                      after = squared_error(picture.after, &picture, 0, WIDTH);
-        if (!(after < 0.1 * before)) fail_msg("%d passes: %g -> %g", passes, before, after);
+        // Of four passes a third of the pixels have a bright sample: some are taken for outliers.
+        if (!(after < (passes == 4 ? 0.15 : 0.1) * before)) fail_msg("%d passes: %g -> %g", passes, before, after);
         const double mean = mean_of(picture.truth);
         const double allowed = 4 * sqrt(before / PIXELS) + (passes < 16 ? 0.02 : 0.005) * mean;
         if (fabs(mean_of(picture.after) - mean) > allowed)
@@ -132,11 +145,10 @@ static void test_step(void **unused) {
     }
 }
 
-static void test_other_surface(void **unused) {
-    (void)unused;
+static void look_between(bool bent) {
     static struct picture picture;
     enum { middle = WIDTH / 2 };
-    make_picture(&(struct plane){.passes = 16, .two = true, .noise = 0.7f}, 2, 0, &picture);
+    make_picture(&(struct plane){.passes = 16, .two = true, .bent = bent, .noise = 0.7f}, 2, 0, &picture);
     double left = 0;
     for (int y = 0; y < HEIGHT; y++)
         for (int x = 0; x < middle; x++) {
@@ -147,6 +159,73 @@ static void test_other_surface(void **unused) {
     const double before = squared_error(picture.before, &picture, middle, middle + 1);
     const double after = squared_error(picture.after, &picture, middle, middle + 1);
     if (!(after < 0.3 * before)) fail_msg("between them %g -> %g", before, after);
+}
+
+static void test_other_surface(void **unused) {
+    (void)unused;
+    look_between(false);
+    look_between(true);
+}
+
+// What a single path brings is spread so that no spot is left, and nothing is lost.
+static void test_flash(void **unused) {
+    (void)unused;
+    static struct picture picture;
+    const struct plane plane = {.passes = 16, .noise = 0.1f, .flash = 1000};
+    make_picture(&plane, 2, 0, &picture);
+    double most = 0;
+    for (size_t i = 0; i < PIXELS; i++) most = fmax(most, picture.after[i] / picture.truth[i]);
+    if (!(most < 2.5)) fail_msg("%g times too bright", most);
+    const double before = mean_of(picture.before), after = mean_of(picture.after),
+                 flash = before - mean_of(picture.truth);
+    if (!(fabs(after - before) < 0.02 * flash)) fail_msg("mean %g -> %g, flash %g", before, after, flash);
+}
+
+static void test_true_spot(void **unused) {
+    (void)unused;
+    static struct picture picture;
+    make_picture(&(struct plane){.passes = 256, .noise = 0.2f, .spot = true}, 2, 0, &picture);
+    for (size_t i = 0; i < PIXELS; i++)
+        if (fabs(picture.after[i] / picture.truth[i] - 1) > 0.1)
+            fail_msg("pixel %zu: %g for %g", i, picture.after[i], picture.truth[i]);
+}
+
+// Splats of 1 on an evenly coloured plane whose paths bring nothing; those on another surface stay where they are.
+static void test_splats(void **unused) {
+    (void)unused;
+    enum { passes = 16 };
+    struct error error;
+    struct shared_light *shared;
+    struct image image;
+    assert_int_equal(shared_light_create(&shared, WIDTH, HEIGHT, &error), STATUS_OK);
+    assert_int_equal(image_init(&image, WIDTH, HEIGHT, 6, &error), STATUS_OK);
+    const rgb weight = rgb_gray(0.5f), lit = rgb_gray(1);
+    struct shared_splat here = {1, {0, 0, 1}, PART, {lit, rgb_gray(0)}, {weight, lit}}, there = here;
+    there.surface = 2;
+    double before = 0, after = 0, mean = 0;
+    for (uint64_t pass = 0; pass < passes; pass++)
+        for (size_t i = 0; i < PIXELS; i++) {
+            struct sampler sampler = sampler_make(9, i, pass);
+            struct shared_sample sample = {.surface = 1, .n = {0, 0, 1}, .weight = {weight, lit}};
+            sample.p = (vec3){(float)(i % WIDTH), (float)(i / WIDTH), 0};
+            shared_light_add(shared, i, &sample, 1);
+            const bool other = is_middle(i);
+            if (sampler_1d(&sampler) >= 0.1f) continue;
+            shared_light_splat(shared, i, other ? &there : &here, lit);
+            for (int c = 0; c < 3; c++) image.pixels[6 * i + (size_t)c] += 1.0f / passes;
+        }
+    const float middle = image.pixels[6 * (PIXELS / 2 + WIDTH / 2)];
+    for (size_t i = 0; i < PIXELS; i++) before += pow((double)image.pixels[6 * i] - 0.1, 2) / PIXELS;
+    assert_int_equal(shared_light_apply(shared, passes, &image, &(struct run){.threads = 2}, &error), STATUS_OK);
+    for (size_t i = 0; i < PIXELS; i++) {
+        after += pow((double)image.pixels[6 * i] - 0.1, 2) / PIXELS;
+        mean += (double)image.pixels[6 * i] / PIXELS;
+    }
+    if (!(after < 0.1 * before)) fail_msg("%g -> %g", before, after);
+    if (fabs(mean - 0.1) > 4 * sqrt(before / PIXELS) + 0.001) fail_msg("mean %g for 0.1", mean);
+    assert_true(image.pixels[6 * (PIXELS / 2 + WIDTH / 2)] >= middle);
+    image_fini(&image);
+    shared_light_destroy(shared);
 }
 
 static void test_earlier_passes(void **unused) {
@@ -191,10 +270,10 @@ static const char *const glossy_room = HEAD("-1", "64", "0,-1.9,0", "0,2,-0.2")
     BOX("x='2' y='2' z='1.5'", "x='0'",
         "<bsdf type='roughplastic'><float name='alpha' value='0.2'/><rgb name='diffuse_reflectance' value='0.12 0.1 "
         "0.08'/></bsdf>") SLAB("x='0.5' y='0.3' z='0.4'", "x='0.7' y='0.6' z='-1.1'",
-                              "<bsdf type='plastic'><rgb name='diffuse_reflectance' value='0.2 0.4 0.6'/></bsdf>")
+                               "<bsdf type='plastic'><rgb name='diffuse_reflectance' value='0.2 0.4 0.6'/></bsdf>")
         PANEL("x='0.3' y='0.3'", "0", "x='0.5' y='0.5' z='0.8'", "30") "</scene>";
 
-// The parts are all that the film holds but for lights that the camera sees, and for third surfaces.
+// The parts are all that the film holds but for lights that the camera sees, and for fourth surfaces.
 static void test_parts_add_up(void **unused) {
     (void)unused;
     struct scene scene;
@@ -230,6 +309,8 @@ static void test_parts_add_up(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_smooth_light),  cmocka_unit_test(test_step),
                                        cmocka_unit_test(test_other_surface), cmocka_unit_test(test_earlier_passes),
-                                       cmocka_unit_test(test_parts_add_up),  cmocka_unit_test(test_room)};
+                                       cmocka_unit_test(test_flash),         cmocka_unit_test(test_true_spot),
+                                       cmocka_unit_test(test_splats),        cmocka_unit_test(test_parts_add_up),
+                                       cmocka_unit_test(test_room)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
