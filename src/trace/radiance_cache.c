@@ -6,6 +6,7 @@
 
 #include <stdlib.h>
 
+#include "base/pages.h"
 #include "trace/luminaire_crossing.h"
 
 enum {
@@ -60,7 +61,7 @@ enum status radiance_cache_create(struct radiance_cache **result, const struct s
     struct radiance_cache *cache = calloc(1, sizeof *cache);
     *result = cache;
     if (cache) {
-        cache->slots = calloc(SLOTS, sizeof *cache->slots);
+        cache->slots = pages_alloc(SLOTS, sizeof *cache->slots);
         cache->cells = calloc(MOST_CELLS, sizeof *cache->cells);
         cache->next_lesson = 1;
     }

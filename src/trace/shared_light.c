@@ -2,6 +2,8 @@
 
 #include <stdlib.h>
 
+#include "base/pages.h"
+
 enum status shared_light_create(struct shared_light **result, int width, int height, struct error *error) {
     const size_t count = (size_t)width * (size_t)height;
     struct shared_light *shared = calloc(1, sizeof *shared);
@@ -14,7 +16,9 @@ enum status shared_light_create(struct shared_light **result, int width, int hei
         ready = shared->paths;
     }
     for (int k = 0; ready && k < SHARED_LAYERS; k++) {
-        shared->layers[k] = calloc(count, sizeof *shared->layers[k]); // what is never met costs no memory
+        // Every pixel has a first surface; later ones that are never met cost no memory.
+        const size_t size = sizeof *shared->layers[k];
+        shared->layers[k] = k == 0 ? pages_alloc(count, size) : calloc(count, size);
         ready = shared->layers[k];
     }
     if (ready) return STATUS_OK;
