@@ -18,7 +18,7 @@
 
 // An error that is far above what the window expects is the pixel's own: beside this number of variances, over the
 // nearest nine pixels and at the pixel alone.
-static const float doubt_near = 2, doubt_here = 4;
+static const float doubt_near = 2, doubt_here = 9;
 static const float dark = 0.05f; // of the mean level: errors at much lower ones are not counted the more for it
 static const float noisy = 2; // own means of so many times the variance around them count less
 
