@@ -142,7 +142,7 @@ static bool sample_bsdf(const struct path *path, vec3 u, struct bsdf_sample *sam
 bool path_scatter_sample(const struct path_tracer *tracer, const struct path *path, struct bsdf_sample *sample,
                          float *incoming) {
     struct sampler sampler = path_sampler(path, PATH_DIMENSION_BSDF);
-    const vec2 u = sampler_2d(&sampler);
+    vec2 u = sampler_2d(&sampler);
     const uint64_t more = sampler_bits(&sampler);
     const float u_third = sampler_float_from_bits((uint32_t)(more >> 32));
     const float u_guide = sampler_float_from_bits((uint32_t)more);
@@ -153,14 +153,16 @@ bool path_scatter_sample(const struct path_tracer *tracer, const struct path *pa
     *incoming = 0;
     if (!(share > 0) || !guide_look(guide, path->surface.p, vec3_dot(ng, wi) < 0 ? vec3_neg(ng) : ng, &view))
         return sample_bsdf(path, (vec3){u.x, u.y, u_third}, sample);
-    if (u_guide >= share) {
+    if (u.x >= share) {
+        u.x = minf((u.x - share) / (1 - share), 0x1.fffffep-1f);
         if (!sample_bsdf(path, (vec3){u.x, u.y, u_third}, sample)) return false;
         float guided = 0; // the guide's density, relative to the BSDF's
         if (!sample->delta) guided = guide_pdf(guide, &view, sample->wo, incoming) / sample->pdf;
         sample->weight = rgb_scale(sample->weight, 1 / (1 - share + share * guided));
         return true;
     }
-    const vec3 wo = guide_sample(&view, u_guide / share, u);
+    u.x = minf(u.x / share, 0x1.fffffep-1f);
+    const vec3 wo = guide_sample(&view, u_guide, u);
     float pdf_bsdf;
     const rgb response = surface_eval_pdf_bsdf(&path->surface, wi, wo, &pdf_bsdf);
     if (rgb_is_black(response) || !(pdf_bsdf > 0)) return false;
