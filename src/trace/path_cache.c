@@ -11,6 +11,9 @@
 static const float least_broadness = 0.8f; // of a surface whose response to the mean is taken for that to the light
 static const float footprint_cells = 4; // a footprint is wider than this number of cells
 static const float least_response = 0.01f; // of a channel, relative to the strongest: what is told is divided by it
+// Of a path that tells. What lighter ones find is divided by as little, and those that roulette leaves find a thousand
+// times what is usual.
+static const float least_weight = 0.02f;
 static const float least_told = 0.125f; // share of the paths
 
 void path_cache_learn(struct path_tracer *tracer) {
@@ -60,8 +63,8 @@ static void end_or_mark(const struct path_tracer *tracer, struct path_worker *wo
         path->shows = true;
         path->shown = rgb_add(path->radiance, rgb_mul(response, mean));
     }
-    const float least = minf(response.r, minf(response.g, response.b));
-    if (!teller || path->mark_count == CACHE_TOLD || !(least > least_response * rgb_max(response))) return;
+    const float least = minf(response.r, minf(response.g, response.b)), most = rgb_max(response);
+    if (!teller || path->mark_count == CACHE_TOLD || !(least > least_response * most && most > least_weight)) return;
     struct path_mark *mark = &path->marks[path->mark_count];
     if (!radiance_cache_cells(tracer->cache, &place, &mark->cells)) return;
     mark->before = path->radiance;

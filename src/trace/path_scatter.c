@@ -4,8 +4,11 @@
 // path_roulette.c has the probability.
 #include "trace/path_state.h"
 
+static const float least_survival_of_tellers = 0.25f; // for they tell of more than their pixel
+
 static bool path_play_roulette(const struct path_tracer *tracer, struct path *path, float incoming) {
     float survival = path_survival(tracer, path, incoming);
+    if (path->mark_count) survival = maxf(survival, least_survival_of_tellers);
     if (survival >= 1) return true;
     struct sampler sampler = path_sampler(path, PATH_DIMENSION_ROULETTE);
     if (sampler_1d(&sampler) >= survival) return false;
