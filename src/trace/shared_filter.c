@@ -14,7 +14,7 @@
 #include <stdlib.h>
 
 #include "base/parallel.h"
-#include "trace/shared_predict.h"
+#include "trace/shared_band.h"
 
 // An error that is far above what the window expects is the pixel's own: beside this number of variances, over the
 // nearest nine pixels and at the pixel alone.
@@ -27,35 +27,42 @@ struct mix {
     int prediction; // for the rest
 };
 
-// Means of the errors over the pixels of one surface in the window and of those next to the pixel.
-static void average(const struct band *band, const struct layer *layer, const struct part_planes *part, int x, int y,
-                    float window[ESTIMATES], float near[ESTIMATES]) {
-    const uint32_t surface = layer->surface[band_row(band, y) + (size_t)x];
-    float count = 0, near_count = 0;
-    for (int k = 0; k < ESTIMATES; k++) window[k] = near[k] = 0;
+// For some pixels of a row, means of the errors over the pixels of one surface in the window, and of those next to
+// each.
+struct averages {
+    float window[ESTIMATES][LANES], near[ESTIMATES][LANES];
+};
+
+static struct averages average(const struct band *band, const struct layer *layer, const struct part_planes *part,
+                               size_t x, int y) {
+    const lanes_mask surface = lanes_load_bits(layer->surface + band_row(band, y) + x);
+    lanes count = {0}, near_count = {0}, window[ESTIMATES] = {{0}}, near[ESTIMATES] = {{0}};
     for (int v = maxi(y - WINDOW, band->first); v <= y + WINDOW && v < band->last; v++)
-        for (int u = maxi(x - WINDOW, 0); u <= x + WINDOW && u < band->width; u++) {
-            const size_t j = band_row(band, v) + (size_t)u;
-            if (layer->surface[j] != surface || !(part->weight[j] > 0)) continue;
-            const float is_near = abs(u - x) <= 1 && abs(v - y) <= 1 ? 1 : 0;
-            count += 1;
-            near_count += is_near;
-            for (int k = 0; k < ESTIMATES; k++) {
-                window[k] += part->errors[k][j];
-                near[k] += is_near * part->errors[k][j];
-            }
+        for (int dx = -WINDOW; dx <= WINDOW; dx++) {
+            const size_t j = band_row(band, v) + x + (size_t)(ptrdiff_t)dx;
+            const lanes_mask same =
+                (lanes_load_bits(layer->surface + j) == surface) & (lanes_load(part->weight + j) > 0);
+            const bool is_near = abs(dx) <= 1 && abs(v - y) <= 1;
+            count += lanes_keep(lanes_splat(1), same);
+            for (int k = 0; k < ESTIMATES; k++) window[k] += lanes_keep(lanes_load(part->errors[k] + j), same);
+            if (!is_near) continue;
+            near_count += lanes_keep(lanes_splat(1), same);
+            for (int k = 0; k < ESTIMATES; k++) near[k] += lanes_keep(lanes_load(part->errors[k] + j), same);
         }
+    struct averages averages;
     for (int k = 0; k < ESTIMATES; k++) {
-        window[k] /= count;
-        near[k] /= near_count;
+        lanes_store(averages.window[k], window[k] / count);
+        lanes_store(averages.near[k], near[k] / near_count);
     }
+    return averages;
 }
 
-static struct mix choose(const struct band *band, const struct layer *layer, const struct part_planes *part, int x,
-                         int y) {
-    const size_t i = band_row(band, y) + (size_t)x;
+static struct mix choose(const struct part_planes *part, size_t i, const struct averages *averages, size_t lane) {
     float window[ESTIMATES], near[ESTIMATES];
-    average(band, layer, part, x, y, window, near);
+    for (int k = 0; k < ESTIMATES; k++) {
+        window[k] = averages->window[k][lane];
+        near[k] = averages->near[k][lane];
+    }
     int best = 0;
     for (int k = 1; k < PREDICTIONS; k++)
         if (window[k] < window[best]) best = k;
@@ -77,24 +84,42 @@ static void give_away(const struct layer *layer, const struct part_planes *part,
     excess_add(list, &excess);
 }
 
-static void mix_row(const struct band *band, int layer_index, int part_index, int y, float passes, struct image *image,
-                    struct excess_list *taken) {
+struct mixing { // of one part
+    const struct band *band;
+    int layer, part;
+    float passes;
+    struct image *image;
+    struct excess_list *taken;
+};
+
+static void mix_pixel(const struct mixing *m, size_t i, size_t pixel, const struct mix *mix) {
     enum { disc = 2 };
-    const struct layer *layer = &band->layers[layer_index];
-    const struct part_planes *part = &layer->parts[part_index];
-    for (int x = 0; x < band->width; x++) {
-        const size_t i = band_row(band, y) + (size_t)x, pixel = (size_t)y * (size_t)band->width + (size_t)x;
-        if (!(part->weight[i] > 0)) continue;
-        const struct mix mix = choose(band, layer, part, x, y);
-        float light[3];
-        for (int c = 0; c < 3; c++)
-            light[c] = mix.own * part->light[c][i] / layer->count[i] +
-                       (mix.own < 1 ? (1 - mix.own) * part->prediction[mix.prediction][c][i] : 0);
-        image_add_light(image, band->shared, passes, pixel, layer_index, part_index, light,
-                        band->shared->layers[layer_index][pixel].parts[part_index].product);
-        const struct excess excess = {
-            .pixel = (uint32_t)pixel, .layer = (uint8_t)layer_index, .part = (uint8_t)part_index, .disc = disc};
-        if (mix.taken > 0) give_away(layer, part, i, &mix, excess, taken);
+    const struct layer *layer = &m->band->layers[m->layer];
+    const struct part_planes *part = &layer->parts[m->part];
+    float light[3];
+    for (int c = 0; c < 3; c++)
+        light[c] = mix->own * part->light[c][i] / layer->count[i] +
+                   (mix->own < 1 ? (1 - mix->own) * part->prediction[mix->prediction][c][i] : 0);
+    image_add_light(m->image, m->band->shared, m->passes, pixel, m->layer, m->part, light,
+                    m->band->shared->layers[m->layer][pixel].parts[m->part].product);
+    const struct excess excess = {
+        .pixel = (uint32_t)pixel, .layer = (uint8_t)m->layer, .part = (uint8_t)m->part, .disc = disc};
+    if (mix->taken > 0) give_away(layer, part, i, mix, excess, m->taken);
+}
+
+static void mix_row(const struct mixing *m, int y) {
+    const struct layer *layer = &m->band->layers[m->layer];
+    const struct part_planes *part = &layer->parts[m->part];
+    const size_t row = band_row(m->band, y), width = (size_t)m->band->width;
+    for (size_t x = 0; x < width; x += LANES) {
+        if (!lanes_any(lanes_load(part->weight + row + x) > 0)) continue;
+        const struct averages averages = average(m->band, layer, part, x, y);
+        for (size_t lane = 0; lane < LANES && x + lane < width; lane++) {
+            const size_t i = row + x + lane;
+            if (!(part->weight[i] > 0)) continue;
+            const struct mix mix = choose(part, i, &averages, lane);
+            mix_pixel(m, i, (size_t)y * width + x + lane, &mix);
+        }
     }
 }
 
@@ -105,36 +130,44 @@ struct job {
     struct band *bands; // one a worker
     struct excess_list *outliers, *taken; // of each band of the picture
     size_t done, count; // of the picture's bands
+    int rows; // of a band, but perhaps of the last
 };
 
-static int band_begin(size_t index) { return (int)index * BAND; }
-static int band_end(const struct job *job, size_t index) { return mini(band_begin(index + 1), job->shared->height); }
+static int band_begin(const struct job *job, size_t index) { return (int)index * job->rows; }
+static int band_end(const struct job *job, size_t index) {
+    return mini(band_begin(job, index + 1), job->shared->height);
+}
 
 static void find_outliers(void *user, size_t index, int worker) {
     (void)worker;
     const struct job *job = user;
-    shared_find_outliers(job->shared, band_begin(index), band_end(job, index), &job->outliers[index]);
+    shared_find_outliers(job->shared, band_begin(job, index), band_end(job, index), &job->outliers[index]);
+    excess_sort(&job->outliers[index]);
 }
 
 static void make_band(void *user, size_t index, int worker) {
     const struct job *job = user;
     struct band *band = &job->bands[worker];
     index += job->done;
-    const int height = job->shared->height, begin = band_begin(index), end = band_end(job, index);
-    band_fill(band, maxi(begin - HALO, 0), mini(end + HALO, height));
+    const int height = job->shared->height, begin = band_begin(job, index), end = band_end(job, index);
+    const int first = maxi(begin - HALO, 0), last = mini(end + HALO, height);
+    const size_t first_list = (size_t)(first / job->rows), last_list = (size_t)((last - 1) / job->rows);
+    band_fill(band, first, last, first_list, last_list + 1 - first_list);
     for (int k = 0; k < SHARED_LAYERS && band->layers[k].met; k++) {
         band_predict(band, k, maxi(begin - WINDOW, 0), mini(end + WINDOW, height));
-        for (int i = 0; i < SHARED_PARTS; i++)
-            for (int y = begin; y < end && band->layers[k].parts[i].lit; y++)
-                mix_row(band, k, i, y, job->passes, job->image, &job->taken[index]);
+        for (int i = 0; i < SHARED_PARTS; i++) {
+            const struct mixing mixing = {band, k, i, job->passes, job->image, &job->taken[index]};
+            for (int y = begin; y < end && band->layers[k].parts[i].lit; y++) mix_row(&mixing, y);
+        }
     }
+    excess_sort(&job->taken[index]);
 }
 
 static void spread_in_band(void *user, size_t index, int worker) {
     (void)worker;
     const struct job *job = user;
-    const int begin = band_begin(index), end = band_end(job, index);
-    for (size_t i = index > 0 ? index - 1 : 0; i <= index + 1 && i < job->count; i++) { // BAND is above REACH
+    const int begin = band_begin(job, index), end = band_end(job, index);
+    for (size_t i = index > 0 ? index - 1 : 0; i <= index + 1 && i < job->count; i++) { // of more rows than REACH
         shared_spread(job->shared, job->passes, &job->outliers[i], begin, end, job->image);
         shared_spread(job->shared, job->passes, &job->taken[i], begin, end, job->image);
     }
@@ -172,9 +205,12 @@ static bool make_picture(struct job *job, size_t threads, const struct run *run)
 
 enum status shared_light_apply(const struct shared_light *shared, size_t passes, struct image *image,
                                const struct run *run, struct error *error) {
-    const size_t count = (size_t)(shared->height + BAND - 1) / BAND;
+    // Some, of even work for the threads, and independent of their number.
+    const int some = 4 * ((shared->height + 4 * BAND - 1) / (4 * BAND));
+    const int rows = maxi((shared->height + some - 1) / some, REACH + 1);
+    const size_t count = (size_t)((shared->height + rows - 1) / rows);
     const size_t threads = run->threads < 1 ? 1 : (size_t)run->threads < count ? (size_t)run->threads : count;
-    struct job job = {.shared = shared, .image = image, .passes = (float)passes, .count = count};
+    struct job job = {.shared = shared, .image = image, .passes = (float)passes, .count = count, .rows = rows};
     job.bands = calloc(threads, sizeof *job.bands);
     job.outliers = calloc(count, sizeof *job.outliers);
     job.taken = calloc(count, sizeof *job.taken);

@@ -3,22 +3,23 @@
 
 #include <stdbool.h>
 
+#include "math/lanes.h"
 #include "trace/shared_light.h"
 
 // Discs around a pixel, from the smallest to the widest.
 enum { DISCS = 4, WIDEST = DISCS - 1, REACH = 7 }; // [pixels]
+static const int disc_radii[DISCS] = {1, 2, 4, REACH}; // [pixels]
 static inline float disc_kernel(int disc, int dx, int dy) {
-    static const float radii[DISCS] = {1, 2, 4, REACH};
-    return 1 - (float)(dx * dx + dy * dy) / sqrf(radii[disc] + 0.5f); // 0 and less: beyond the disc
+    return 1 - (float)(dx * dx + dy * dy) / sqrf((float)disc_radii[disc] + 0.5f); // 0 and less: beyond the disc
 }
 
 // How much a neighbour at q with normal m counts at p with normal n, on one surface.
+#define LEAST_COSINE 0.9f // at it they count nothing
+#define OUT_OF_PLANE 0.1f // of their distance: how far the neighbour may lie from the pixel's plane
 static inline float likeness(vec3 p, vec3 n, vec3 q, vec3 m) {
-    static const float least_cosine = 0.9f; // at it they count nothing
-    static const float out_of_plane = 0.1f; // of their distance: how far the neighbour may lie from the pixel's plane
     const vec3 apart = vec3_sub(q, p);
-    const bool in_plane = sqrf(vec3_dot(apart, n)) <= sqrf(out_of_plane) * vec3_dot(apart, apart);
-    return in_plane ? minf(maxf((vec3_dot(n, m) - least_cosine) / (1 - least_cosine), 0), 1) : 0;
+    const bool in_plane = sqrf(vec3_dot(apart, n)) <= sqrf(OUT_OF_PLANE) * vec3_dot(apart, apart);
+    return in_plane ? minf(maxf((vec3_dot(n, m) - LEAST_COSINE) / (1 - LEAST_COSINE), 0), 1) : 0;
 }
 
 static inline vec3 mean_point(const struct shared_surface *surface) {
@@ -62,6 +63,7 @@ struct excess_list { // zeroed: empty
     bool out_of_memory;
 };
 void excess_add(struct excess_list *list, const struct excess *excess);
+void excess_sort(struct excess_list *list); // by pixel
 
 // Outliers: means far above what the pixels around would suggest because of few bright samples, in rows begin to end.
 // Each keeps what its neighbours get in the mean, and gives away the rest.

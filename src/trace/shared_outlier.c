@@ -137,9 +137,10 @@ static int find_shares(const struct shared_light *shared, const struct excess *e
     const struct shared_surface *surface = &shared->layers[excess->layer][excess->pixel];
     const vec3 p = mean_point(surface), n = mean_normal(surface);
     const int x = (int)(excess->pixel % (size_t)shared->width), y = (int)(excess->pixel / (size_t)shared->width);
+    const int reach = disc_radii[excess->disc];
     int count = 0;
-    for (int v = maxi(y - REACH, 0); v <= y + REACH && v < shared->height; v++)
-        for (int u = maxi(x - REACH, 0); u <= x + REACH && u < shared->width; u++) {
+    for (int v = maxi(y - reach, 0); v <= y + reach && v < shared->height; v++)
+        for (int u = maxi(x - reach, 0); u <= x + reach && u < shared->width; u++) {
             const float kernel = disc_kernel(excess->disc, u - x, v - y);
             const size_t j = (size_t)v * (size_t)shared->width + (size_t)u;
             for (int k = 0; k < SHARED_LAYERS && kernel > 0; k++) {
@@ -152,16 +153,35 @@ static int find_shares(const struct shared_light *shared, const struct excess *e
     return count;
 }
 
+static int compare_excess(const void *a, const void *b) {
+    const struct excess *x = a, *y = b;
+    if (x->pixel != y->pixel) return x->pixel < y->pixel ? -1 : 1;
+    if (x->layer != y->layer) return x->layer < y->layer ? -1 : 1;
+    if (x->disc != y->disc) return x->disc < y->disc ? -1 : 1;
+    return (x->part > y->part) - (x->part < y->part);
+}
+
+void excess_sort(struct excess_list *list) {
+    if (list->count) qsort(list->items, list->count, sizeof *list->items, compare_excess);
+}
+
+static bool same_neighbours(const struct excess *a, const struct excess *b) {
+    return a && a->pixel == b->pixel && a->layer == b->layer && a->disc == b->disc;
+}
+
 void shared_spread(const struct shared_light *shared, float passes, const struct excess_list *list, int begin, int end,
                    struct image *image) {
     static const float nothing[3];
     const size_t width = (size_t)shared->width;
     struct share shares[MOST_SHARES];
+    const struct excess *before = NULL;
+    int count = 0;
     for (size_t i = 0; i < list->count; i++) {
         const struct excess *excess = &list->items[i];
         const int y = (int)(excess->pixel / width);
-        if (y < begin - REACH || y >= end + REACH) continue;
-        const int count = find_shares(shared, excess, shares);
+        if (y < begin - disc_radii[excess->disc] || y >= end + disc_radii[excess->disc]) continue;
+        if (!same_neighbours(before, excess)) count = find_shares(shared, excess, shares);
+        before = excess;
         float sum = 0;
         for (int k = 0; k < count; k++)
             sum += shares[k].weight * shared->layers[shares[k].layer][shares[k].pixel].count;

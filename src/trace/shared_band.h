@@ -6,6 +6,7 @@
 // Means over the discs, and over all but the first the value here of the plane that fits best.
 enum { TILTED = DISCS - 1, PREDICTIONS = DISCS + TILTED };
 enum estimate { OWN_SAMPLES = PREDICTIONS, OWN_BATCHES, ESTIMATES }; // after the predictions
+enum { MOMENTS = 5 }; // x, y, xx, xy, yy
 
 struct part_planes {
     bool lit; // else there is nothing to share
@@ -29,23 +30,26 @@ struct band {
     const struct shared_light *shared;
     const struct excess_list *outliers; // of every band of the picture
     int width, first, last; // rows that it holds
+    size_t stride; // from row to row: whole vectors, with empty columns on both sides
     struct layer layers[SHARED_LAYERS];
     float *level; // luminance of all that is shared
     float least_level; // is added to it
-    float *alike, *counts[DISCS], *moments[TILTED][5]; // of a row
+    float *counts[DISCS], *moments[TILTED][MOMENTS]; // of a row
     float *memory; // of all but the surfaces
     uint32_t *surfaces;
 };
 
-enum { BAND = 32, WINDOW = 3, HALO = WINDOW + REACH, MOST_ROWS = BAND + 2 * HALO }; // rows
+// Rows. BAND: most that are made at a time; EDGE: columns that are left empty on both sides.
+enum { BAND = 32, WINDOW = 3, HALO = WINDOW + REACH, MOST_ROWS = BAND + 2 * HALO, EDGE = 8 };
+_Static_assert((int)EDGE >= (int)REACH && (int)EDGE >= (int)LANES, "vectors end in the empty columns");
 
 bool band_init(struct band *band, const struct shared_light *shared, const struct excess_list *outliers,
                float least_level); // false: out of memory
 void band_fini(struct band *band);
-void band_fill(struct band *band, int first, int last); // rows
+void band_fill(struct band *band, int first, int last, size_t first_list, size_t lists); // rows; their outliers
 void band_predict(struct band *band, int layer, int first, int last); // rows among them
 float pixel_level(const struct shared_light *shared, size_t pixel);
 
 static inline size_t band_row(const struct band *band, int y) {
-    return (size_t)(y - band->first) * (size_t)band->width;
+    return (size_t)(y - band->first) * band->stride + EDGE;
 }
