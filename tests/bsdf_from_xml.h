@@ -46,7 +46,7 @@ static inline enum status xml_make_bsdf(struct xml_plugins *plugins, struct obje
         const struct bsdf_type *type = bsdf_table[i];
         if (strcmp(type->name, object->type)) continue;
         struct bsdf *b = arena_alloc(&plugins->arena, 1, type->size);
-        *b = (struct bsdf){type, type->flags};
+        *b = (struct bsdf){.type = type, .flags = type->flags};
         *bsdf = b;
         enum status status = params_read(b, type->params, NULL, object, &context, &maker, error);
         const struct bsdf **children = (const struct bsdf **)(void *)((char *)b + type->children_offset);

@@ -32,9 +32,11 @@ struct bsdf_sample {
     bool delta;
 };
 
+enum { BSDF_FETCHES = 2 };
 struct bsdf {
     const struct bsdf_type *type;
     unsigned flags; // set by commit (or copied from type->flags)
+    const struct texture *fetches[BSDF_FETCHES]; // its and its children's that have `fetch`, or NULL
 };
 
 struct bsdf_type {
@@ -62,6 +64,10 @@ struct bsdf_type {
 };
 extern const struct bsdf_type *const bsdf_table[]; // ends with NULL
 
+// Asks the memory for what the functions below will read.
+static inline void bsdf_fetch(const struct bsdf *b, vec2 uv) {
+    for (int i = 0; i < BSDF_FETCHES && b->fetches[i]; i++) b->fetches[i]->type->fetch(b->fetches[i], uv);
+}
 static inline rgb bsdf_eval(const struct bsdf *b, const struct bsdf_point *point, vec3 wi, vec3 wo,
                             enum transport transport) {
     return b->type->eval(b, point, wi, wo, transport);

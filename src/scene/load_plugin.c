@@ -74,6 +74,24 @@ enum status load_texture(void *user, struct object *object, const struct texture
     return status;
 }
 
+static void add_fetch(struct bsdf *bsdf, const struct texture *texture) {
+    if (!texture || !texture->type || !texture->type->fetch) return;
+    for (int i = 0; i < BSDF_FETCHES; i++) {
+        if (bsdf->fetches[i]) continue;
+        bsdf->fetches[i] = texture;
+        return;
+    }
+}
+
+static void find_fetches(struct bsdf *bsdf) {
+    for (const struct param *param = bsdf->type->params; param->name; param++) {
+        const struct texture *texture;
+        if (param->type != PARAM_TEXTURE) continue;
+        memcpy(&texture, (const char *)bsdf + param->offset, sizeof texture);
+        add_fetch(bsdf, texture);
+    }
+}
+
 static enum status load_bsdf_children(struct loader *loader, struct object *object, struct bsdf *bsdf) {
     const struct bsdf_type *type = bsdf->type;
     int count = 0;
@@ -88,6 +106,7 @@ static enum status load_bsdf_children(struct loader *loader, struct object *obje
         enum status status = load_bsdf(loader, child->object, &nested);
         if (status) return status;
         memcpy((char *)bsdf + type->children_offset + (size_t)count++ * sizeof nested, &nested, sizeof nested);
+        for (int k = 0; k < BSDF_FETCHES; k++) add_fetch(bsdf, nested->fetches[k]);
     }
     if (count < type->min_children)
         return error_at(loader->error, object->place, "bsdf '%s' needs %d nested bsdf%s", type->name,
@@ -106,12 +125,13 @@ enum status load_bsdf(struct loader *loader, struct object *object, const struct
     const struct bsdf_type *type = bsdf_table[index];
     struct bsdf *bsdf = load_alloc(loader, type->size);
     if (!bsdf) return STATUS_MEMORY;
-    *bsdf = (struct bsdf){type, type->flags};
+    *bsdf = (struct bsdf){.type = type, .flags = type->flags};
     struct commit_context context = load_context(loader, object);
     params_ignore(object, ignored);
     enum status status = load_check_children(loader, object, tags);
     if (!status) status = params_read(bsdf, type->params, NULL, object, &context, &loader->maker, loader->error);
     if (!status) status = params_check_used(object, &type->params, 1, loader->error);
+    if (!status) find_fetches(bsdf);
     if (!status) status = load_bsdf_children(loader, object, bsdf);
     if (!status && type->commit) status = type->commit(bsdf, &context, loader->error);
     object->instance = bsdf;

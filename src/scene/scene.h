@@ -84,6 +84,15 @@ void scene_fini(struct scene *scene);
 // `ignore_luminaire`: kept geometry of that luminaire instance is invisible to the ray; -1: sees everything.
 // Nearest surface, of whatever BSDF. False: none.
 bool scene_intersect(const struct scene *scene, const struct ray *ray, int ignore_luminaire, struct surface *surface);
+// The same in two steps, between which the memory can be asked for the triangles of many hits (shape.h).
+struct scene_hit {
+    const struct shape *shape; // NULL: none
+    uint32_t primitive;
+    vec2 uv;
+    float t;
+};
+struct scene_hit scene_trace(const struct scene *scene, const struct ray *ray, int ignore_luminaire);
+void scene_fill(const struct ray *ray, const struct scene_hit *hit, struct surface *surface);
 // Nearest part of a lamp's hull, those of `ignore_luminaire` left out: for rays that look at lamps, and no others.
 bool scene_intersect_hulls(const struct scene *scene, const struct ray *ray, int ignore_luminaire,
                            struct surface *surface);

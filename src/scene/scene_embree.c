@@ -174,32 +174,42 @@ static struct RTCRay embree_from_ray(const struct ray *ray) {
                            .mask = 0xFFFFFFFFu};
 }
 
-static bool intersect_shapes(RTCScene scene, struct shape *const *shapes, const struct ray *ray, int ignore_luminaire,
-                             struct surface *surface) {
+static struct scene_hit trace_shapes(RTCScene scene, struct shape *const *shapes, const struct ray *ray,
+                                     int ignore_luminaire) {
     struct ray_context context = context_make(ignore_luminaire);
     struct RTCRayHit hit = {.ray = embree_from_ray(ray)};
     hit.hit.geomID = hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     rtcIntersect1(scene, &context.embree, &hit);
-    if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
-    const struct shape *shape = shapes[hit.hit.geomID];
-    vec2 uv = {hit.hit.u, hit.hit.v};
-    if (shape->mesh.triangle_count > 0) {
-        shape_fill_triangle(shape, hit.hit.primID, uv, surface);
+    if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return (struct scene_hit){0};
+    return (struct scene_hit){shapes[hit.hit.geomID], hit.hit.primID, {hit.hit.u, hit.hit.v}, hit.ray.tfar};
+}
+
+struct scene_hit scene_trace(const struct scene *scene, const struct ray *ray, int ignore_luminaire) {
+    return trace_shapes(scene->embree->scene, scene->shapes, ray, ignore_luminaire);
+}
+
+void scene_fill(const struct ray *ray, const struct scene_hit *hit, struct surface *surface) {
+    if (hit->shape->mesh.triangle_count > 0) {
+        shape_fill_triangle(hit->shape, hit->primitive, hit->uv, surface);
     } else {
-        *surface = (struct surface){.shape = shape, .p = vec3_mad(ray->direction, hit.ray.tfar, ray->origin)};
-        shape->type->fill(shape, uv, surface);
+        *surface = (struct surface){.shape = hit->shape, .p = vec3_mad(ray->direction, hit->t, ray->origin)};
+        hit->shape->type->fill(hit->shape, hit->uv, surface);
     }
-    surface->t = hit.ray.tfar;
-    return true;
+    surface->t = hit->t;
 }
 
 bool scene_intersect(const struct scene *scene, const struct ray *ray, int ignore_luminaire, struct surface *surface) {
-    return intersect_shapes(scene->embree->scene, scene->shapes, ray, ignore_luminaire, surface);
+    const struct scene_hit hit = scene_trace(scene, ray, ignore_luminaire);
+    if (hit.shape) scene_fill(ray, &hit, surface);
+    return hit.shape;
 }
 
 bool scene_intersect_hulls(const struct scene *scene, const struct ray *ray, int ignore_luminaire,
                            struct surface *surface) {
-    return scene->embree->hulls && intersect_shapes(scene->embree->hulls, scene->hulls, ray, ignore_luminaire, surface);
+    if (!scene->embree->hulls) return false;
+    const struct scene_hit hit = trace_shapes(scene->embree->hulls, scene->hulls, ray, ignore_luminaire);
+    if (hit.shape) scene_fill(ray, &hit, surface);
+    return hit.shape;
 }
 
 bool embree_scene_has_through(const struct embree_scene *embree) { return embree->has_through; }

@@ -17,6 +17,7 @@ struct texture_type {
     // Called once after the parameters are read: loads files, fills `value`. NULL: nothing to do.
     enum status (*commit)(struct texture *texture, struct commit_context *context, struct error *error);
     rgb (*eval)(const struct texture *texture, vec2 uv);
+    void (*fetch)(const struct texture *texture, vec2 uv); // asks the memory for what eval will read; NULL: nothing
 };
 extern const struct texture_type *const texture_table[]; // ends with NULL
 

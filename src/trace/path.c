@@ -23,6 +23,7 @@ const struct path_stage path_stages[PATH_STAGES + 1] = {
 static void worker_fini(struct path_worker *worker) {
     free(worker->paths);
     free(worker->active);
+    free(worker->hits);
     free(worker->shadows);
     free(worker->requests);
     free(worker->points);
@@ -37,6 +38,7 @@ static void worker_fini(struct path_worker *worker) {
 static enum status worker_init(struct path_worker *worker, const struct scene *scene, struct error *error) {
     worker->paths = calloc(PATH_BLOCK, sizeof *worker->paths);
     worker->active = calloc(PATH_BLOCK, sizeof *worker->active);
+    worker->hits = calloc(PATH_BLOCK, sizeof *worker->hits);
     worker->shadows = calloc(2 * PATH_BLOCK, sizeof *worker->shadows);
     worker->requests = calloc(2 * PATH_BLOCK, sizeof *worker->requests);
     worker->points = calloc(2 * PATH_BLOCK, sizeof *worker->points);
@@ -48,8 +50,9 @@ static enum status worker_init(struct path_worker *worker, const struct scene *s
     size_t crossings = scene->unbiased ? worker->crossings.capacity : 0;
     worker->walks = calloc(crossings + 1, sizeof *worker->walks);
     worker->responses = calloc(crossings + 1, sizeof *worker->responses);
-    if (!worker->paths || !worker->active || !worker->shadows || !worker->requests || !worker->points ||
-        !worker->numbers || !worker->directions || !worker->pdfs || !worker->walks || !worker->responses)
+    if (!worker->paths || !worker->active || !worker->hits || !worker->shadows || !worker->requests ||
+        !worker->points || !worker->numbers || !worker->directions || !worker->pdfs || !worker->walks ||
+        !worker->responses)
         return error_set(error, STATUS_MEMORY, "out of memory for a block of paths");
     return STATUS_OK;
 }

@@ -121,6 +121,7 @@ struct path_worker {
     struct path *paths; // PATH_BLOCK
     uint32_t *active; // indices of the paths that go on
     size_t active_count;
+    struct scene_hit *hits; // PATH_BLOCK, of the active paths in turn
     struct shadow *shadows; // 2 PATH_BLOCK: at most two a path and edge
     size_t shadow_count;
     struct crossing_batch crossings;

@@ -29,6 +29,20 @@ static void fill_uv_derivatives(vec3 e1, vec3 e2, vec2 uv0, vec2 uv1, vec2 uv2, 
     }
 }
 
+void shape_fetch_triangle(const struct shape *shape, uint32_t primitive) {
+    __builtin_prefetch(shape->mesh.indices + 3 * (size_t)primitive);
+}
+
+void shape_fetch_vertices(const struct shape *shape, uint32_t primitive) {
+    const struct mesh *mesh = &shape->mesh;
+    const uint32_t *v = mesh->indices + 3 * (size_t)primitive;
+    for (int i = 0; i < 3; i++) {
+        __builtin_prefetch(mesh->positions + v[i]);
+        if (mesh->uvs) __builtin_prefetch(mesh->uvs + v[i]);
+        if (mesh->normals) __builtin_prefetch(mesh->normals + v[i]);
+    }
+}
+
 void shape_fill_triangle(const struct shape *shape, uint32_t primitive, vec2 barycentric, struct surface *surface) {
     const struct mesh *mesh = &shape->mesh;
     const uint32_t *v = mesh->indices + 3 * (size_t)primitive;

@@ -90,23 +90,40 @@ static int axis_texel(int wrap, int i, int n) { // i within one period of the im
     return i < n ? i : 2 * n - 1 - i;
 }
 
+struct texels { // and how much of the second column and row
+    const rgb *upper[2], *lower[2];
+    float x, y;
+};
+
+static struct texels find_texels(const struct bitmap_texture *b, vec2 t) {
+    float x = axis_position(b->wrap, t.x, b->width), y = axis_position(b->wrap, t.y, b->height);
+    if (b->filter == FILTER_NEAREST) {
+        int column = axis_texel(b->wrap, (int)x, b->width), row = axis_texel(b->wrap, (int)y, b->height);
+        const rgb *only = b->pixels + (size_t)row * (size_t)b->width + (size_t)column;
+        return (struct texels){{only, only}, {only, only}, 0, 0};
+    }
+    float left = floorf(x - 0.5f), top = floorf(y - 0.5f);
+    int x0 = axis_texel(b->wrap, (int)left, b->width), x1 = axis_texel(b->wrap, (int)left + 1, b->width);
+    int y0 = axis_texel(b->wrap, (int)top, b->height), y1 = axis_texel(b->wrap, (int)top + 1, b->height);
+    const rgb *row0 = b->pixels + (size_t)y0 * (size_t)b->width, *row1 = b->pixels + (size_t)y1 * (size_t)b->width;
+    return (struct texels){{row0 + x0, row0 + x1}, {row1 + x0, row1 + x1}, x - 0.5f - left, y - 0.5f - top};
+}
+
 static rgb bitmap_texture_eval(const struct texture *texture, vec2 uv) {
     const struct bitmap_texture *b = (const struct bitmap_texture *)texture;
     vec2 t = uv_map_apply(&b->uv_map, uv);
     if (b->wrap >= WRAP_ZERO && !(t.x >= 0 && t.x <= 1 && t.y >= 0 && t.y <= 1)) return rgb_gray(b->wrap == WRAP_ONE);
-    float x = axis_position(b->wrap, t.x, b->width);
-    float y = axis_position(b->wrap, t.y, b->height);
-    if (b->filter == FILTER_NEAREST) {
-        int column = axis_texel(b->wrap, (int)x, b->width), row = axis_texel(b->wrap, (int)y, b->height);
-        return b->pixels[(size_t)row * (size_t)b->width + (size_t)column];
-    }
-    float left = floorf(x - 0.5f), top = floorf(y - 0.5f), fx = x - 0.5f - left, fy = y - 0.5f - top;
-    int x0 = axis_texel(b->wrap, (int)left, b->width), x1 = axis_texel(b->wrap, (int)left + 1, b->width);
-    int y0 = axis_texel(b->wrap, (int)top, b->height), y1 = axis_texel(b->wrap, (int)top + 1, b->height);
-    const rgb *row0 = b->pixels + (size_t)y0 * (size_t)b->width, *row1 = b->pixels + (size_t)y1 * (size_t)b->width;
-    rgb upper = rgb_add(rgb_scale(row0[x0], 1.0f - fx), rgb_scale(row0[x1], fx));
-    rgb lower = rgb_add(rgb_scale(row1[x0], 1.0f - fx), rgb_scale(row1[x1], fx));
-    return rgb_add(rgb_scale(upper, 1.0f - fy), rgb_scale(lower, fy));
+    struct texels texels = find_texels(b, t);
+    rgb upper = rgb_add(rgb_scale(*texels.upper[0], 1.0f - texels.x), rgb_scale(*texels.upper[1], texels.x));
+    rgb lower = rgb_add(rgb_scale(*texels.lower[0], 1.0f - texels.x), rgb_scale(*texels.lower[1], texels.x));
+    return rgb_add(rgb_scale(upper, 1.0f - texels.y), rgb_scale(lower, texels.y));
+}
+
+static void bitmap_texture_fetch(const struct texture *texture, vec2 uv) {
+    const struct bitmap_texture *b = (const struct bitmap_texture *)texture;
+    struct texels texels = find_texels(b, uv_map_apply(&b->uv_map, uv));
+    __builtin_prefetch(texels.upper[0]);
+    __builtin_prefetch(texels.lower[0]);
 }
 
 static const struct param bitmap_texture_params[] = {
@@ -133,4 +150,5 @@ const struct texture_type texture_bitmap = {
     .size = sizeof(struct bitmap_texture),
     .commit = bitmap_texture_commit,
     .eval = bitmap_texture_eval,
+    .fetch = bitmap_texture_fetch,
 };

@@ -19,6 +19,11 @@ static rgb scale_texture_eval(const struct texture *texture, vec2 uv) {
     return rgb_mul(texture_eval(s->texture, uv), s->scale);
 }
 
+static void scale_texture_fetch(const struct texture *texture, vec2 uv) {
+    const struct texture *scaled = ((const struct scale_texture *)texture)->texture;
+    if (scaled->type && scaled->type->fetch) scaled->type->fetch(scaled, uv);
+}
+
 static const struct param scale_texture_params[] = {
     {"texture", PARAM_TEXTURE, offsetof(struct scale_texture, texture), NULL,
      .help = "the nested texture, of any name"},
@@ -33,4 +38,5 @@ const struct texture_type texture_scale = {
     .size = sizeof(struct scale_texture),
     .commit = scale_texture_commit,
     .eval = scale_texture_eval,
+    .fetch = scale_texture_fetch,
 };
