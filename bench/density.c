@@ -1,40 +1,25 @@
 // The sampling density of a baked luminaire: relative variance of L cos / p over distance, and nanoseconds a call.
-//   bench_density LAMP.safetensors [LAMP.xml MILLIONS]   with a lamp: the density is built anew from that many
-//   particles
+//   bench_density LAMP.safetensors [MILLIONS]   MILLIONS: made anew from so many lines of the light field
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "bake/survey.h"
+#include "base/run.h"
+#include "base/parallel.h"
 #include "luminaire/luminaire_private.h"
+#include "math/sampler.h"
 #include "math/warp.h"
 
-enum { POINTS = 256, SAMPLES = 4096 };
+enum { POINTS = 512, SAMPLES = 4096 };
 static float s[SAMPLES][3], u[SAMPLES][3], direction[SAMPLES][3], w[SAMPLES][3], radiance[SAMPLES][3], pdf[SAMPLES];
 
-static enum status rebuild(struct luminaire *luminaire, const char *path, size_t particles, struct error *error) {
-    struct scene scene;
-    struct run run = {.threads = 1, .seed = 1};
-    enum status status =
-        scene_load(&scene, path, &(struct scene_options){.threads = 1, .lamp_only = true}, &run, error);
-    if (status) return status;
-    struct lamp lamp = {
-        .scene = &scene, .proxy = luminaire->shape.proxy, .shape = luminaire->shape, .seed = 1, .threads = 1};
-    static struct survey survey;
-    status = survey_clusters(&survey, &lamp, error);
-    if (!status) status = survey_exits(&survey, &lamp, STREAM_SURVEY, particles, &run, error);
-    float anchors[SURVEY_CLUSTERS][3];
-    for (size_t i = 0; i < survey.cluster_count; i++) vec3_store(anchors[i], survey.clusters[i].center);
-    if (!status) {
-        sampling_density_destroy(luminaire->emissions[0].density);
-        double start = clock_cpu_s();
-        status = sampling_density_build(&luminaire->emissions[0].density, &lamp.proxy, (const float(*)[3])anchors,
-                                        survey.cluster_count, survey.exits.exits, survey.exits.count, 1, 1, error);
-        printf("built from %zu exits in %.2f s\n", survey.exits.count, clock_cpu_s() - start);
-    }
-    survey_fini(&survey);
-    scene_fini(&scene);
+static enum status refine(struct luminaire *luminaire, double millions, struct error *error) {
+    const struct sampling_refinement plan = {(size_t)(1e6 * millions), 1, parallel_cores()};
+    const double start = clock_cpu_s();
+    enum status status = sampling_density_refine(&luminaire->emissions[0].density, luminaire->emissions[0].light,
+                                                 &luminaire->shape, &plan, error);
+    printf("refined by %g M lines in %.1f CPU s\n", millions, clock_cpu_s() - start);
     return status;
 }
 
@@ -61,10 +46,9 @@ static double variance_at(const struct luminaire *luminaire, vec3 p, vec3 normal
 int main(int argc, char **argv) {
     struct luminaire *luminaire;
     struct error error;
-    if (argc < 2) return fprintf(stderr, "usage: %s LAMP.safetensors [LAMP.xml MILLIONS]\n", argv[0]), 2;
+    if (argc < 2) return fprintf(stderr, "usage: %s LAMP.safetensors [MILLIONS]\n", argv[0]), 2;
     if (luminaire_load(&luminaire, argv[1], &error)) return fprintf(stderr, "%s\n", error.text), 1;
-    if (argc > 3 && rebuild(luminaire, argv[2], (size_t)(1e6 * atof(argv[3])), &error))
-        return fprintf(stderr, "%s\n", error.text), 1;
+    if (argc > 2 && refine(luminaire, atof(argv[2]), &error)) return fprintf(stderr, "%s\n", error.text), 1;
     static const float distances[] = {1.05f, 1.2f, 2, 3.5f, 6, 12};
     float center[3], radius;
     luminaire_bounds(luminaire, center, &radius);

@@ -18,6 +18,7 @@ static void share_plan(struct bake_plan *plan, size_t groups) {
     int less = 0;
     while ((size_t)1 << less < groups) less++;
     plan->survey_particles = (size_t)(part * (double)plan->survey_particles);
+    plan->density_lines = (size_t)(part * (double)plan->density_lines);
     plan->light_chunks = (size_t)ceil(part * (double)plan->light_chunks);
     plan->view.chunks = (size_t)ceil(part * (double)plan->view.chunks);
     plan->log2_entries =
@@ -115,15 +116,19 @@ static enum status scale_light(struct bake_job *job, struct exit_list *exits, fl
     return STATUS_OK;
 }
 
-// The sampling density is of the light field, not of the lamp: where the field is blurred, light is drawn there too.
+// The sampling density is of the light field, not of the lamp: where the field is blurred, light is drawn there too,
+// and where it has glints that no exit has shown.
 static enum status build_density(struct bake_job *job, const struct exit_list *exits, struct baked_group *baked,
                                  struct error *error) {
     float anchors[SURVEY_CLUSTERS][3];
     for (size_t i = 0; i < job->survey.cluster_count; i++)
         memcpy(anchors[i], &job->survey.clusters[i].center, sizeof anchors[i]);
-    return sampling_density_build(&baked->density, &job->lamp.proxy, (const float(*)[3])anchors,
-                                  job->survey.cluster_count, exits->exits, exits->count, job->lamp.seed,
-                                  job->run->threads, error);
+    enum status status =
+        sampling_density_build(&baked->density, &job->lamp.proxy, (const float(*)[3])anchors, job->survey.cluster_count,
+                               exits->exits, exits->count, job->lamp.seed, job->run->threads, error);
+    if (status != STATUS_OK) return status;
+    const struct sampling_refinement plan = {job->density_lines, job->lamp.seed, job->run->threads};
+    return sampling_density_refine(&baked->density, job->light.field, &job->lamp.shape, &plan, error);
 }
 
 enum status bake_group_end(struct bake_job *job, struct error *error) {

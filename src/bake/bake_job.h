@@ -18,6 +18,7 @@ struct bake_plan { // how much work each stage does
     struct view_plan view; // chunks 0: no hull
     bool camera_only; // camera lines alone, without a trial; not with checkpoints
     enum light_loss loss;
+    size_t density_lines; // of the finished field, in the last round of the sampling density; 0: it is not refined
 };
 
 struct baked_group { // a finished group
@@ -44,7 +45,8 @@ struct bake_job {
     double group_start_s, budget_s; // its share of options->seconds
     double deadline_s; // only where options->seconds > 0, else infinity
     double survey_s; // what the survey took: a measure of how fast the lamp is traced here
-    size_t field_lines, most_field_lines; // of the finished field, for its flux and the sampling density
+    size_t field_lines, most_field_lines; // of the finished field, for its flux and the first sampling density
+    size_t density_lines; // of its refinement
     double particle_s, line_s; // wall time of one particle, and of one query of the light field (0: not known yet)
     struct arena arena;
     struct scene scene;

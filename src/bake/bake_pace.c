@@ -4,6 +4,7 @@
 #include "bake/bake_job.h"
 
 enum { PILOT = 1 << 14, LEAST_FIELD_LINES = 2000000, MOST_FIELD_LINES = 16000000 };
+enum { LEAST_DENSITY_LINES = 4000000 }; // fewer show less than the lamp's exits do
 static const double ray_us = 0.55, ray_triangles = 1e5; // of one core; above so many triangles as their square root
 static const double learn_us = 4.6, ordinary_us = 10, least_pace = 0.2; // of an exit: to learn from it; in all
 static const double survey_time_share = 0.1, evaluation_time_share = 0.1; // of a bake with --seconds
@@ -34,6 +35,7 @@ enum status bake_pace(struct bake_job *job, struct error *error) {
         const double lines = 0.5 * evaluation_time_share * seconds / (1e-6 * line_us);
         job->field_lines = (size_t)fmin(LEAST_FIELD_LINES, fmax(lines, PILOT));
         job->most_field_lines = job->field_lines;
+        job->density_lines = lines < LEAST_DENSITY_LINES ? 0 : (size_t)fmin((double)plan->density_lines, lines);
         plan->survey_particles = (size_t)fmin((double)plan->survey_particles, fmax(survey, PILOT));
         effort->particles = (size_t)fmin((double)effort->particles, fmax(particles, PILOT));
         effort->lines = (size_t)fmin((double)effort->lines, fmax(lines, PILOT));
@@ -49,5 +51,6 @@ enum status bake_pace(struct bake_job *job, struct error *error) {
     effort->particles = slower(effort->particles, pace);
     job->field_lines = plan->survey_particles > LEAST_FIELD_LINES ? plan->survey_particles : LEAST_FIELD_LINES;
     job->most_field_lines = MOST_FIELD_LINES;
+    job->density_lines = plan->density_lines;
     return STATUS_OK;
 }

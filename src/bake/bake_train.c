@@ -69,7 +69,8 @@ static enum status train_transparency(struct bake_job *job, double *last_checkpo
 // published networks) by a rule of thumb.
 double bake_reserve_s(const struct bake_job *job) {
     const struct evaluation_effort *effort = &job->plan.evaluation;
-    double lines = (double)(2 * effort->lines + effort->light_points * SAMPLING_LINES + 2 * job->field_lines);
+    double lines = (double)(2 * effort->lines + effort->light_points * SAMPLING_LINES +
+                            2 * (job->field_lines + 2 * job->density_lines));
     double known = job->particle_s * (double)effort->particles + job->line_s * lines;
     return fmin(job->line_s > 0 ? finish_margin * known : finish_surveys * job->survey_s, 0.4 * job->budget_s);
 }

@@ -119,6 +119,19 @@ enum status sampling_density_build(struct sampling_density **density, const stru
                                    const float (*anchors)[3], size_t anchor_count, const struct line_exit *exits,
                                    size_t exit_count, uint64_t seed, int threads, struct error *error);
 void sampling_density_destroy(struct sampling_density *density);
+// The same anew, by what the finished light field shows along lines that the density draws from 1.02 to 8 radii, in
+// SAMPLING_ROUNDS rounds: the last has `lines` (0: none of this), those before a quarter each. The anchors' cones stay.
+// After an error the density is that of the last round that was made.
+enum { SAMPLING_ROUNDS = 3 };
+struct sampling_refinement {
+    size_t lines;
+    uint64_t seed;
+    int threads;
+};
+struct proxy_shape;
+enum status sampling_density_refine(struct sampling_density **density, const struct light_field *field,
+                                    const struct proxy_shape *shape, const struct sampling_refinement *plan,
+                                    struct error *error);
 
 // Takes ownership of the parts, also when it fails; they cannot be trained any more. transparency NULL: T = 0 on the
 // proxy's lines. density NULL: directions uniform over the bounding sphere's cone. `metadata`: keys and values, copied;

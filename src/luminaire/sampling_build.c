@@ -1,50 +1,26 @@
-// Builds the sampling density from exits. A distance is chosen freely for every exit in every distance bin: the
-// point there on its ray is a shading point that sees it, so the counts of a cell are proportional to L, whatever the
-// cell's size. Exits that pass near an anchor belong to the anchors, all others to the map.
+// Builds a sampling density from exits, or anew from what the light field itself shows along the lines that an earlier
+// density draws: so it is told of what that one misses. Lines that pass near an anchor belong to the anchors, all
+// others to the map.
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/parallel.h"
-#include "luminaire/sampling.h"
+#include "luminaire/proxy.h"
+#include "luminaire/sampling_sums.h"
 #include "math/sampler.h"
 #include "math/warp.h"
 
-enum { PROFILE_BINS = 96 };
-static const double spread_exits = 100; // among the pixels of a cell
+enum { PROFILE_BINS = 96, BLOCK = 4096, BATCH = 64 * BLOCK };
+enum { FEW_EXITS = 100000, MANY_EXITS = 4000000 }; // of many, each at one distance; of fewer, at two
 static const float profile_first = 5e-4f, profile_last = 0.15f; // perpendicular distances, in radii
-static const float distance_low[DISTANCE_BINS] = {1.01f, 1.4f, 2.5f}, distance_high[DISTANCE_BINS] = {1.4f, 2.5f, 8};
-
-struct build {
-    struct sampling_density *density;
-    const struct line_exit *exits;
-    size_t count;
-    const int16_t *owner; // anchor of each exit, -1: the map
-    uint64_t seed;
-    float *image; // [cell][MAP_PIXELS] flux
-    double *near_anchors; // [cell] flux of the anchors' exits
-    double *squares; // [cell] of the map's exits' flux
-};
+static const float nearest_view = 1.02f, farthest_view = 8; // from where lines are drawn, in radii
 
 static vec3 vec3_from(const float v[3]) { return vec3_make(v[0], v[1], v[2]); }
 
 // All channels count alike, so that no colour goes unsampled.
-static float exit_flux(const struct line_exit *exit) {
-    float flux = (exit->flux[0] + exit->flux[1] + exit->flux[2]) / 3;
-    return flux > 0 && isfinite(flux) ? flux : 0;
-}
-
-static int nearest_anchor(const struct sampling_density *density, const struct line_exit *exit, float *distance) {
-    vec3 p = vec3_from(exit->point), w = vec3_from(exit->w);
-    float best = INFINITY;
-    int nearest = -1;
-    for (int i = 0; i < density->anchor_count; i++) {
-        vec3 d = vec3_sub(p, vec3_from(density->anchors[i]));
-        vec3 across = vec3_mad(w, -vec3_dot(d, w), d);
-        float d2 = vec3_dot(across, across);
-        if (d2 < best) best = d2, nearest = i;
-    }
-    *distance = sqrtf(best);
-    return nearest;
+static float mean_of(const float channels[3]) {
+    const float mean = (channels[0] + channels[1] + channels[2]) / 3;
+    return mean > 0 && isfinite(mean) ? mean : 0;
 }
 
 static float profile_radius(int bin) { // outer radius of a bin, in radii of the proxy
@@ -83,108 +59,39 @@ static bool fit_cones(struct sampling_density *density, const double *flux) {
     return true;
 }
 
-// Gives every exit near an anchor to it and sums the anchors' intensities.
-static void assign_anchors(struct sampling_density *density, const struct line_exit *exits, size_t count,
-                           int16_t *owner, float *distance) {
+// Gives every line near an anchor to it and sums the anchors' intensities.
+static void assign_anchors(struct sampling_density *density, struct sampling_line *lines, size_t count,
+                           float *distance) {
     double flux[PROFILE_BINS] = {0};
     for (size_t i = 0; i < count; i++) {
-        owner[i] = (int16_t)nearest_anchor(density, &exits[i], &distance[i]);
+        lines[i].anchor = sampling_nearest_anchor(density, lines[i].point, lines[i].w, &distance[i]);
         float relative = distance[i] / density->radius;
         if (!(relative < profile_last)) continue;
         float place = logf(fmaxf(relative, profile_first) / profile_first) / logf(profile_last / profile_first);
         int bin = (int)(place * PROFILE_BINS);
-        flux[bin < PROFILE_BINS ? bin : PROFILE_BINS - 1] += (double)exit_flux(&exits[i]);
+        flux[bin < PROFILE_BINS ? bin : PROFILE_BINS - 1] += (double)lines[i].flux;
     }
     bool any = density->anchor_count > 0 && fit_cones(density, flux);
     if (!any) density->anchor_count = 0;
     float reach = any ? density->cone_radius[CONE_COUNT - 1] : 0;
-    double total = 0;
     for (size_t i = 0; i < count; i++) {
-        if (!any || !(distance[i] <= reach)) {
-            owner[i] = -1;
-            continue;
-        }
-        vec2 square = octahedral_from_direction(vec3_from(exits[i].w));
-        int x = (int)(square.x * INTENSITY_SIDE), y = (int)(square.y * INTENSITY_SIDE);
-        x = x < INTENSITY_SIDE ? x : INTENSITY_SIDE - 1, y = y < INTENSITY_SIDE ? y : INTENSITY_SIDE - 1;
-        density->intensity[owner[i] * INTENSITY_CELLS + y * INTENSITY_SIDE + x] += exit_flux(&exits[i]);
-        total += (double)exit_flux(&exits[i]);
+        if (any && distance[i] <= reach)
+            sampling_add_intensity(density, &lines[i]);
+        else
+            lines[i].anchor = -1;
     }
-    // A tenth of the mean everywhere: no direction of an anchor goes unsampled.
-    float floor_value = any ? (float)(0.1 * total / (density->anchor_count * INTENSITY_CELLS)) : 0;
-    for (int i = 0; i < density->anchor_count * INTENSITY_CELLS; i++)
-        density->intensity[i] = (density->intensity[i] + floor_value) / (float)(total > 0 ? total : 1);
+    sampling_end_intensities(density);
 }
 
-static void splat(struct build *build, size_t exit, vec3 s, float flux) {
-    struct sampling_view view = sampling_view_make(build->density, s);
-    vec2 p;
-    if (!sampling_image_from_direction(&view, vec3_neg(vec3_from(build->exits[exit].w)), &p)) return;
-    if (build->owner[exit] >= 0) {
-        build->near_anchors[view.cell] += (double)flux;
-        return;
+static size_t lines_from_exits(const struct line_exit *exits, size_t count, struct sampling_line *lines) {
+    size_t kept = 0;
+    for (size_t i = 0; i < count; i++) {
+        const float flux = mean_of(exits[i].flux);
+        if (flux > 0)
+            lines[kept++] =
+                (struct sampling_line){.point = vec3_from(exits[i].point), .w = vec3_from(exits[i].w), .flux = flux};
     }
-    int x = (int)(p.x * MAP_SIDE), y = (int)(p.y * MAP_SIDE);
-    x = x < MAP_SIDE ? x : MAP_SIDE - 1, y = y < MAP_SIDE ? y : MAP_SIDE - 1;
-    build->image[view.cell * MAP_PIXELS + (size_t)(y * MAP_SIDE + x)] += flux;
-    build->squares[view.cell] += (double)flux * (double)flux;
-}
-
-// One distance bin (DISTANCE_BINS: the inside): its cells are written by this call alone.
-static void fill_bin(void *user, size_t bin, int worker) {
-    (void)worker;
-    struct build *build = user;
-    const struct sampling_density *density = build->density;
-    float radius2 = density->radius * density->radius;
-    const int repeats = build->count < 4000000 ? 2 : 1; // few exits: each at two distances
-    for (size_t i = 0; i < build->count; i++) {
-        float flux = exit_flux(&build->exits[i]);
-        if (flux == 0) continue;
-        struct sampler sampler = sampler_make(build->seed, 0x73616d70 + bin, i);
-        vec3 w = vec3_from(build->exits[i].w), p = vec3_sub(vec3_from(build->exits[i].point), density->center);
-        float along = vec3_dot(p, w);
-        vec3 q = vec3_mad(w, -along, p);
-        float q2 = vec3_dot(q, q);
-        if (!(q2 < radius2)) continue;
-        for (int k = 0; k < repeats; k++) {
-            float u = sampler_1d(&sampler);
-            if (bin == DISTANCE_BINS) { // anywhere on the chord, by its length
-                float half = sqrtf(radius2 - q2);
-                vec3 s = vec3_add(density->center, vec3_mad(w, half * (2 * u - 1), q));
-                splat(build, i, s, flux * half);
-            } else { // a sphere of this radius is crossed at a cosine: fluence is flux over it
-                float distance =
-                    density->radius * (distance_low[bin] * powf(distance_high[bin] / distance_low[bin], u));
-                float t = sqrtf(distance * distance - q2);
-                splat(build, i, vec3_add(density->center, vec3_mad(w, t, q)), flux * distance / t);
-            }
-        }
-    }
-}
-
-static void encode_cells(struct build *build) {
-    struct sampling_density *density = build->density;
-    for (size_t cell = 0; cell < sampling_cell_count(density); cell++) {
-        float *image = build->image + cell * MAP_PIXELS;
-        float largest = 0;
-        double sum = 0;
-        for (int i = 0; i < MAP_PIXELS; i++) sum += (double)image[i];
-        // Where few exits are known, chance alone would leave pixels dark that are not: as if a few more were known,
-        // spread evenly.
-        double known = build->squares[cell] > 0 ? sum * sum / build->squares[cell] : 0;
-        float spread = (float)(sum * spread_exits / ((known + 1) * MAP_PIXELS));
-        for (int i = 0; i < MAP_PIXELS; i++) {
-            image[i] += spread;
-            largest = fmaxf(largest, image[i]);
-        }
-        for (int i = 0; i < MAP_PIXELS; i++) {
-            int code = image[i] > 0 ? (int)lrintf(15 * sqrtf(image[i] / largest)) : 0;
-            code = image[i] > 0 && code == 0 ? 1 : code;
-            density->codes[cell * MAP_BYTES + (size_t)i / 2] |= (uint8_t)(code << (i & 1 ? 4 : 0));
-        }
-        double total = sum + build->near_anchors[cell], share = total > 0 ? sum / total : 0.5;
-        density->residual_share[cell] = (uint8_t)lrint(255 * (share < 0.03 ? 0.03 : share > 0.97 ? 0.97 : share));
-    }
+    return kept;
 }
 
 enum status sampling_density_build(struct sampling_density **density, const struct proxy *proxy,
@@ -195,32 +102,131 @@ enum status sampling_density_build(struct sampling_density **density, const stru
         return error_set(error, STATUS_INVALID, "%zu anchors; at most %d are possible", anchor_count,
                          SAMPLING_MAX_ANCHORS);
     if (!(proxy->radius > 0)) return error_set(error, STATUS_INVALID, "the proxy's radius must be positive");
-    int directions = exit_count < 100000 ? 8 : exit_count < 4000000 ? 16 : 24;
+    const int directions = exit_count < FEW_EXITS ? 8 : 16;
     struct sampling_density *d;
+    struct sampling_sums sums;
     enum status status = sampling_allocate(&d, proxy, directions, (int)anchor_count, error);
     if (status) return status;
     if (anchor_count) memcpy(d->anchors, anchors, anchor_count * sizeof *anchors);
-    struct build build = {d, exits, exit_count, NULL, seed, NULL, NULL, NULL};
-    int16_t *owner = malloc((exit_count + 1) * sizeof *owner);
+    struct sampling_line *lines = malloc((exit_count + 1) * sizeof *lines);
     float *distance = malloc((exit_count + 1) * sizeof *distance);
-    build.image = calloc(sampling_cell_count(d) * MAP_PIXELS, sizeof(float));
-    build.near_anchors = calloc(sampling_cell_count(d), sizeof(double));
-    build.squares = calloc(sampling_cell_count(d), sizeof(double));
-    build.owner = owner;
-    if (owner && distance && build.image && build.near_anchors && build.squares) {
-        assign_anchors(d, exits, exit_count, owner, distance);
-        parallel_for(threads, DISTANCE_BINS + 1, fill_bin, &build);
-        encode_cells(&build);
-        sampling_derive(d);
+    status = sampling_sums_init(&sums, d, error);
+    if (!status && (!lines || !distance))
+        status = error_set(error, STATUS_MEMORY, "out of memory for a sampling density of %zu exits", exit_count);
+    if (!status) {
+        const size_t count = lines_from_exits(exits, exit_count, lines);
+        assign_anchors(d, lines, count, distance);
+        sampling_sums_add(&sums, lines, count, 0, exit_count < MANY_EXITS ? 2 : 1, seed, threads);
+        sampling_sums_encode(&sums);
         *density = d;
     } else {
         sampling_density_destroy(d);
-        status = error_set(error, STATUS_MEMORY, "out of memory for a sampling density of %zu exits", exit_count);
     }
-    free(owner);
+    sampling_sums_fini(&sums);
+    free(lines);
     free(distance);
-    free(build.image);
-    free(build.near_anchors);
-    free(build.squares);
+    return status;
+}
+
+// --- From the light field ---
+struct drawing { // of a batch of lines
+    const struct sampling_density *density; // that draws them
+    const struct light_field *field;
+    const struct proxy_shape *shape;
+    uint64_t seed, round;
+    size_t first; // line of the batch
+    struct sampling_line *lines; // flux 0: none
+};
+
+static void draw_block(void *user, size_t block, int worker) {
+    (void)worker;
+    const struct drawing *drawing = user;
+    const struct sampling_density *density = drawing->density;
+    float s[BLOCK][3], u[BLOCK][3], direction[BLOCK][3], w[BLOCK][3], pdf_sa[BLOCK], radiance[BLOCK][3];
+    for (size_t i = 0; i < BLOCK; i++) {
+        struct sampler sampler =
+            sampler_make(drawing->seed, 0x72656669 + drawing->round, drawing->first + block * BLOCK + i);
+        const vec3 out = warp_uniform_sphere(sampler_2d(&sampler));
+        const float distance = nearest_view * powf(farthest_view / nearest_view, sampler_1d(&sampler));
+        vec3_store(s[i], vec3_mad(out, distance * density->radius, density->center));
+        for (int c = 0; c < 3; c++) u[i][c] = sampler_1d(&sampler);
+    }
+    sampling_sample_batch(density, BLOCK, (const float(*)[3])s, (const float(*)[3])u, direction, pdf_sa);
+    for (size_t i = 0; i < BLOCK; i++)
+        for (int c = 0; c < 3; c++) w[i][c] = -direction[i][c];
+    light_field_eval(drawing->field, BLOCK, (const float(*)[3])s, (const float(*)[3])w, radiance);
+    for (size_t i = 0; i < BLOCK; i++) {
+        struct sampling_line *line = &drawing->lines[block * BLOCK + i];
+        *line = (struct sampling_line){.point = vec3_from(s[i]), .w = vec3_from(w[i]), .anchor = -1};
+        const vec3 out = vec3_sub(line->point, density->center);
+        float t_near, t_far, passed;
+        if (!(pdf_sa[i] > 0) || !proxy_shape_span(drawing->shape, s[i], direction[i], &t_near, &t_far)) continue;
+        line->radiance = mean_of(radiance[i]);
+        // Of the lines through the sphere about the view: its area, and the cosine there.
+        const float area_cosine = fmaxf(vec3_dot(out, line->w), 0) * vec3_length(out);
+        const float flux = line->radiance * area_cosine / pdf_sa[i];
+        if (isfinite(flux)) line->flux = flux;
+        const int anchor = sampling_nearest_anchor(density, line->point, line->w, &passed);
+        if (anchor >= 0 && passed <= density->cone_radius[CONE_COUNT - 1]) line->anchor = anchor;
+    }
+}
+
+static size_t keep_bright(struct sampling_line *lines, size_t count) {
+    size_t kept = 0;
+    for (size_t i = 0; i < count; i++)
+        if (lines[i].flux > 0) lines[kept++] = lines[i];
+    return kept;
+}
+
+static enum status make_round(struct drawing *drawing, const struct sampling_refinement *plan, size_t count,
+                              struct sampling_density **result, struct error *error) {
+    const struct sampling_density *old = drawing->density;
+    const struct proxy *proxy = &drawing->shape->proxy;
+    struct sampling_density *d;
+    struct sampling_sums sums;
+    enum status status = sampling_allocate(&d, proxy, old->directions, old->anchor_count, error);
+    if (status) return status;
+    memcpy(d->anchors, old->anchors, (size_t)old->anchor_count * sizeof *old->anchors);
+    memcpy(d->cone_radius, old->cone_radius, sizeof d->cone_radius);
+    memcpy(d->cone_share, old->cone_share, sizeof d->cone_share);
+    status = sampling_sums_init(&sums, d, error);
+    for (drawing->first = 0; !status && drawing->first < count; drawing->first += BATCH) {
+        parallel_for(plan->threads, BATCH / BLOCK, draw_block, drawing);
+        const size_t kept = keep_bright(drawing->lines, BATCH);
+        for (size_t i = 0; i < kept; i++)
+            if (drawing->lines[i].anchor >= 0) sampling_add_intensity(d, &drawing->lines[i]);
+        sampling_sums_add(&sums, drawing->lines, kept, drawing->first, 1, drawing->seed ^ drawing->round,
+                          plan->threads);
+    }
+    if (!status) {
+        sampling_end_intensities(d);
+        sampling_sums_encode(&sums);
+        *result = d;
+    } else {
+        sampling_density_destroy(d);
+    }
+    sampling_sums_fini(&sums);
+    return status;
+}
+
+enum status sampling_density_refine(struct sampling_density **density, const struct light_field *field,
+                                    const struct proxy_shape *shape, const struct sampling_refinement *plan,
+                                    struct error *error) {
+    struct drawing drawing = {.field = field, .shape = shape, .seed = plan->seed};
+    if (plan->lines == 0) return STATUS_OK;
+    drawing.lines = malloc(BATCH * sizeof *drawing.lines);
+    if (!drawing.lines) return error_set(error, STATUS_MEMORY, "out of memory for the lines of a sampling density");
+    enum status status = STATUS_OK;
+    for (int round = 0; !status && round < SAMPLING_ROUNDS; round++) {
+        const bool last = round == SAMPLING_ROUNDS - 1;
+        struct sampling_density *next;
+        drawing.density = *density;
+        drawing.round = (uint64_t)round;
+        status = make_round(&drawing, plan, last ? plan->lines : plan->lines / 4, &next, error);
+        if (status) break;
+        sampling_density_destroy(*density);
+        *density = next;
+    }
+    free(drawing.lines);
     return status;
 }
