@@ -17,6 +17,7 @@ enum {
     SLOTS = 1 << 20,
     MOST_CELLS = SLOTS / 2 + CACHE_TELLERS * CACHE_TOLD * CACHE_SIZES
 };
+enum { TELLING = 1 << 16, FORGOTTEN = 4, LEAST_WEIGHT = 16 * TELLING };
 static const float finest = 0x1p-26f; // unit of the sums, of the radiance that the lights' power would bring
 _Static_assert(MOST_CELLS < SLOTS, "a search in the table ends at a free slot");
 
@@ -28,7 +29,8 @@ struct slot {
 struct cell {
     uint64_t key;
     int64_t radiance[3]; // in `unit`
-    int64_t count;
+    int64_t weight; // of what has been told; TELLING: when it is told
+    int64_t told; // times
 };
 
 struct answer {
@@ -90,25 +92,39 @@ static void answer_with(const struct radiance_cache *cache, const struct cell *c
                         size_t slots) {
     size_t i = first_slot(cell->key, slots);
     while (answers[i].key) i = (i + 1) & (slots - 1);
-    const double scale = (double)cache->unit / (double)cell->count;
+    const double scale = (double)cache->unit * TELLING / (double)cell->weight;
     answers[i] =
         (struct answer){cell->key,
                         {(float)(scale * (double)cell->radiance[0]), (float)(scale * (double)cell->radiance[1]),
                          (float)(scale * (double)cell->radiance[2])},
-                        (float)cell->count};
+                        (float)cell->told};
+}
+
+// What is told rests on what the cache said before, for most light has been scattered more than once. So errors of the
+// first answers stay: of n tellings the mean keeps n^(a - 1) of them, where a is the share of the light that answers
+// bring. It is forgotten in time: whenever the passes have doubled, what was told before counts a quarter of what it
+// did.
+static void forget(struct radiance_cache *cache) {
+    for (int32_t i = 0; i < cache->cell_count; i++) {
+        struct cell *cell = &cache->cells[i];
+        if (cell->weight < LEAST_WEIGHT) continue;
+        for (int c = 0; c < 3; c++) cell->radiance[c] /= FORGOTTEN;
+        cell->weight /= FORGOTTEN;
+    }
 }
 
 void radiance_cache_learn(struct radiance_cache *cache) {
+    if (cache->passes > 1 && (cache->passes & (cache->passes - 1)) == 0) forget(cache);
     if (cache->passes++ < cache->next_lesson) return;
     cache->next_lesson = cache->passes + (cache->passes - 1) / LESSON_STRIDE;
     cache->full = cache->cell_count >= SLOTS / 2;
     size_t known = 0, slots = 1024;
-    for (int32_t i = 0; i < cache->cell_count; i++) known += cache->cells[i].count >= LEAST_TOLD;
+    for (int32_t i = 0; i < cache->cell_count; i++) known += cache->cells[i].told >= LEAST_TOLD;
     while (slots < 2 * known) slots *= 2;
     struct answer *answers = calloc(slots, sizeof *answers);
     if (!answers) return; // those of before go on
     for (int32_t i = 0; i < cache->cell_count; i++)
-        if (cache->cells[i].count >= LEAST_TOLD) answer_with(cache, &cache->cells[i], answers, slots);
+        if (cache->cells[i].told >= LEAST_TOLD) answer_with(cache, &cache->cells[i], answers, slots);
     free(cache->answers);
     cache->answers = answers;
     cache->answer_slots = slots;
@@ -190,6 +206,7 @@ void radiance_cache_tell(struct radiance_cache *cache, const struct cache_cells 
         if (cells->cells[k] < 0) continue;
         struct cell *cell = &cache->cells[cells->cells[k]];
         for (int c = 0; c < 3; c++) __atomic_fetch_add(&cell->radiance[c], values[c], __ATOMIC_RELAXED);
-        __atomic_fetch_add(&cell->count, 1, __ATOMIC_RELAXED);
+        __atomic_fetch_add(&cell->weight, TELLING, __ATOMIC_RELAXED);
+        __atomic_fetch_add(&cell->told, 1, __ATOMIC_RELAXED);
     }
 }

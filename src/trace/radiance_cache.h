@@ -25,7 +25,8 @@ struct cache_cells {
 
 enum status radiance_cache_create(struct radiance_cache **cache, const struct scene *scene, struct error *error);
 void radiance_cache_destroy(struct radiance_cache *cache); // NULL is allowed
-// Between passes: now and then, cells answer from here on with the mean of all that they have been told.
+// Between passes: now and then, cells answer from here on with the mean of what they have been told, of late more than
+// before.
 void radiance_cache_learn(struct radiance_cache *cache);
 
 // --- Thread-safe. ---

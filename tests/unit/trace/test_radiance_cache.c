@@ -47,6 +47,33 @@ static void told_cache(struct radiance_cache **cache, const struct scene *scene,
     parallel_for(threads, TOLD, tell, *cache);
 }
 
+// Seven tenths of what is told are what the cache answers, so 1 is the truth; of a first answer of 10 little may stay.
+static void test_forgets(void **unused) {
+    (void)unused;
+    enum { passes = 64, tellings = 50 };
+    struct scene scene;
+    struct error error;
+    if (scene_from_text(&scene, BULB BALL("1"), &error)) fail_msg("%s", error.text);
+    struct radiance_cache *cache;
+    assert_int_equal(radiance_cache_create(&cache, &scene, &error), STATUS_OK);
+    const struct cache_place place = place_number(0);
+    struct cache_cells cells;
+    float answer = 0;
+    for (int pass = 0; pass < passes; pass++) {
+        rgb mean = rgb_gray(0);
+        radiance_cache_learn(cache);
+        const bool known = radiance_cache_mean(cache, &place, &mean);
+        assert_true(known == (pass > 0));
+        answer = mean.g;
+        assert_true(radiance_cache_cells(cache, &place, &cells));
+        for (int i = 0; i < tellings; i++)
+            radiance_cache_tell(cache, &cells, rgb_gray(known ? 0.3f + 0.7f * mean.g : 10));
+    }
+    assert_true(answer > 1 && answer < 1.9f);
+    radiance_cache_destroy(cache);
+    scene_fini(&scene);
+}
+
 static void test_cells(void **unused) {
     (void)unused;
     struct scene scene;
@@ -213,8 +240,9 @@ static void test_short_paths(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_cells), cmocka_unit_test(test_refines), cmocka_unit_test(test_furnace),
-        cmocka_unit_test(test_room),  cmocka_unit_test(test_no_leak), cmocka_unit_test(test_short_paths),
+        cmocka_unit_test(test_cells),       cmocka_unit_test(test_forgets), cmocka_unit_test(test_refines),
+        cmocka_unit_test(test_furnace),     cmocka_unit_test(test_room),    cmocka_unit_test(test_no_leak),
+        cmocka_unit_test(test_short_paths),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
