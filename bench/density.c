@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/run.h"
 #include "base/parallel.h"
+#include "base/run.h"
 #include "luminaire/luminaire_private.h"
 #include "math/sampler.h"
 #include "math/warp.h"

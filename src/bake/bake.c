@@ -14,25 +14,9 @@
 
 // By quality, aims at 20 s, 2 minutes and half an hour on 2 cores; bake_pace makes it less for a lamp that costs more.
 static const struct bake_plan plans[] = {
-    [BAKE_DRAFT] = {1000000, 0, 16, 36, 0, false, {1000000, 2000000, 64, 512, 0, 0}, {.chunks = 12}},
-    [BAKE_STANDARD] = {3000000,
-                       4,
-                       100,
-                       240,
-                       0,
-                       false,
-                       {4000000, 4000000, 128, 1024, 0, 0},
-                       {.chunks = 120},
-                       .density_lines = 16000000},
-    [BAKE_HIGH] = {8000000,
-                   24,
-                   1500,
-                   5000,
-                   0,
-                   false,
-                   {16000000, 8000000, 128, 2048, 0, 0},
-                   {.chunks = 1500},
-                   .density_lines = 32000000},
+    [BAKE_DRAFT] = {1000000, 0, 16, 36, 0, 0, false, {1000000, 2000000, 64, 512, 0, 0}, {.chunks = 12}},
+    [BAKE_STANDARD] = {3000000, 4, 100, 240, 16000000, 0, false, {4000000, 4000000, 128, 1024, 0, 0}, {.chunks = 120}},
+    [BAKE_HIGH] = {8000000, 24, 1500, 5000, 32000000, 0, false, {16000000, 8000000, 128, 2048, 0, 0}, {.chunks = 1500}},
 };
 
 // Aims at 0.6, 2 and 8 MB, the tables of the transparency and of the sampling density included.

@@ -6,9 +6,9 @@
 #include <stdint.h>
 #include <string.h>
 
-enum { LANES = 8 };
-typedef float lanes __attribute__((vector_size(4 * LANES)));
-typedef int32_t lanes_mask __attribute__((vector_size(4 * LANES)));
+enum { LANE_COUNT = 8 };
+typedef float lanes __attribute__((vector_size(4 * LANE_COUNT)));
+typedef int32_t lanes_mask __attribute__((vector_size(4 * LANE_COUNT)));
 
 static inline lanes lanes_load(const float *from) { // at any address, as the following
     lanes result;

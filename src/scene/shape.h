@@ -58,7 +58,7 @@ extern const struct shape_type *const shape_table[]; // ends with NULL
 // A point uniform by area: p, ng, shading, uv, shape, primitive are filled. pdf_area = 1 / shape->area.
 void shape_sample(const struct shape *shape, vec2 u, struct surface *surface);
 // Fills a mesh hit from its triangle and barycentrics.
-// The same in three steps, with time for the memory between them: asks for the triangle, asks for its vertices, fills.
+void shape_fill_triangle(const struct shape *shape, uint32_t primitive, vec2 barycentric, struct surface *surface);
+// Before that, with time for the memory in between: asks for the triangle's indices, then for its vertices.
 void shape_fetch_triangle(const struct shape *shape, uint32_t primitive);
 void shape_fetch_vertices(const struct shape *shape, uint32_t primitive);
-void shape_fill_triangle(const struct shape *shape, uint32_t primitive, vec2 barycentric, struct surface *surface);

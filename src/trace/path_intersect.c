@@ -8,6 +8,7 @@ static struct lamp_view view_of(const struct path *path) {
     return (struct lamp_view){path->look, path->vertex.live, -1};
 }
 
+// Not with hidden geometry: the hits then stay as they are made, empty.
 static void trace_all(const struct path_tracer *tracer, struct path_worker *worker) {
     for (size_t i = 0; i < worker->active_count; i++) {
         const struct path *path = &worker->paths[worker->active[i]];
@@ -45,10 +46,10 @@ static bool intersect(const struct path_tracer *tracer, struct path *path, const
 
 void path_intersect(const struct path_tracer *tracer, struct path_worker *worker) {
     if (!tracer->hidden) trace_all(tracer, worker);
-    for (size_t i = 0; i < AHEAD && !tracer->hidden; i++) fetch_vertices(worker, i);
+    for (size_t i = 0; i < AHEAD; i++) fetch_vertices(worker, i);
     for (size_t i = 0; i < worker->active_count; i++) {
         struct path *path = &worker->paths[worker->active[i]];
-        if (!tracer->hidden) fetch_vertices(worker, i + AHEAD);
+        fetch_vertices(worker, i + AHEAD);
         if (!intersect(tracer, path, &worker->hits[i])) {
             path->status = PATH_MISSES;
             continue;

@@ -30,11 +30,24 @@ static void take_predictions(struct band *band, float **next, size_t size) {
     }
 }
 
+static void find_offsets(struct band *band) {
+    for (int dy = -REACH; dy <= REACH; dy++)
+        for (int dx = -REACH; dx <= REACH; dx++) {
+            if ((dx == 0 && dy == 0) || disc_kernel(WIDEST, dx, dy) <= 0) continue;
+            struct disc_offset *offset = &band->offsets[band->offset_count++];
+            *offset = (struct disc_offset){dx, dy, WIDEST, dy * (ptrdiff_t)band->stride + dx, {0}};
+            while (offset->disc > 0 && disc_kernel(offset->disc - 1, dx, dy) > 0) offset->disc--;
+            for (int d = offset->disc; d < DISCS; d++) offset->weights[d] = disc_kernel(d, dx, dy);
+        }
+}
+
 bool band_init(struct band *band, const struct shared_light *shared, const struct excess_list *outliers,
                float least_level) {
-    const size_t stride = ((size_t)shared->width + LANES - 1) / LANES * LANES + 2 * EDGE, size = stride * MOST_ROWS;
+    const size_t stride = ((size_t)shared->width + LANE_COUNT - 1) / LANE_COUNT * LANE_COUNT + 2 * EDGE,
+                 size = stride * MOST_ROWS;
     *band = (struct band){
         .shared = shared, .outliers = outliers, .width = shared->width, .stride = stride, .least_level = least_level};
+    find_offsets(band);
     float *next = band->memory = malloc((PLANES * size + ROWS * stride) * sizeof *band->memory);
     band->surfaces = malloc(SHARED_LAYERS * size * sizeof *band->surfaces);
     if (!next || !band->surfaces) return false;

@@ -26,11 +26,20 @@ struct layer {
     bool met; // else there is nothing in it
 };
 
+struct disc_offset { // from a pixel to a neighbour in the widest disc
+    int dx, dy, disc; // the smallest that it is in
+    ptrdiff_t away; // in the planes
+    float weights[DISCS];
+};
+enum { MOST_OFFSETS = (2 * REACH + 1) * (2 * REACH + 1) };
+
 struct band {
     const struct shared_light *shared;
     const struct excess_list *outliers; // of every band of the picture
     int width, first, last; // rows that it holds
     size_t stride; // from row to row: whole vectors, with empty columns on both sides
+    struct disc_offset offsets[MOST_OFFSETS]; // row by row
+    int offset_count;
     struct layer layers[SHARED_LAYERS];
     float *level; // luminance of all that is shared
     float least_level; // is added to it
@@ -41,7 +50,7 @@ struct band {
 
 // Rows. BAND: most that are made at a time; EDGE: columns that are left empty on both sides.
 enum { BAND = 32, WINDOW = 3, HALO = WINDOW + REACH, MOST_ROWS = BAND + 2 * HALO, EDGE = 8 };
-_Static_assert((int)EDGE >= (int)REACH && (int)EDGE >= (int)LANES, "vectors end in the empty columns");
+_Static_assert((int)EDGE >= (int)REACH && (int)EDGE >= (int)LANE_COUNT, "vectors end in the empty columns");
 
 bool band_init(struct band *band, const struct shared_light *shared, const struct excess_list *outliers,
                float least_level); // false: out of memory

@@ -30,7 +30,7 @@ struct mix {
 // For some pixels of a row, means of the errors over the pixels of one surface in the window, and of those next to
 // each.
 struct averages {
-    float window[ESTIMATES][LANES], near[ESTIMATES][LANES];
+    float window[ESTIMATES][LANE_COUNT], near[ESTIMATES][LANE_COUNT];
 };
 
 static struct averages average(const struct band *band, const struct layer *layer, const struct part_planes *part,
@@ -111,10 +111,10 @@ static void mix_row(const struct mixing *m, int y) {
     const struct layer *layer = &m->band->layers[m->layer];
     const struct part_planes *part = &layer->parts[m->part];
     const size_t row = band_row(m->band, y), width = (size_t)m->band->width;
-    for (size_t x = 0; x < width; x += LANES) {
+    for (size_t x = 0; x < width; x += LANE_COUNT) {
         if (!lanes_any(lanes_load(part->weight + row + x) > 0)) continue;
         const struct averages averages = average(m->band, layer, part, x, y);
-        for (size_t lane = 0; lane < LANES && x + lane < width; lane++) {
+        for (size_t lane = 0; lane < LANE_COUNT && x + lane < width; lane++) {
             const size_t i = row + x + lane;
             if (!(part->weight[i] > 0)) continue;
             const struct mix mix = choose(part, i, &averages, lane);

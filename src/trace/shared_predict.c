@@ -9,13 +9,11 @@
 // --- Several pixels of the first layer ---
 struct neighbour { // of each of the pixels, at one offset
     lanes alike;
-    ptrdiff_t away;
-    float weights[DISCS], x, y; // of the discs; columns and rows
+    const struct disc_offset *offset;
 };
-enum { MOST_NEIGHBOURS = (2 * REACH + 1) * (2 * REACH + 1) };
 struct neighbours { // by the smallest disc that they are in
     int counts[DISCS];
-    struct neighbour list[DISCS][MOST_NEIGHBOURS];
+    struct neighbour list[DISCS][MOST_OFFSETS];
 };
 
 struct disc_sums {
@@ -39,18 +37,13 @@ static lanes alike_at(const struct layer *layer, size_t i, ptrdiff_t away) {
 
 static void find_neighbours(const struct band *band, size_t i, int above, int below, struct neighbours *found) {
     memset(found->counts, 0, sizeof found->counts);
-    for (int dy = above; dy <= below; dy++)
-        for (int dx = -REACH; dx <= REACH; dx++) {
-            if ((dx == 0 && dy == 0) || disc_kernel(WIDEST, dx, dy) <= 0) continue;
-            const ptrdiff_t away = dy * (ptrdiff_t)band->stride + dx;
-            const lanes alike = alike_at(&band->layers[0], i, away);
-            if (!lanes_any(alike > 0)) continue;
-            int disc = WIDEST;
-            while (disc > 0 && disc_kernel(disc - 1, dx, dy) > 0) disc--;
-            struct neighbour *neighbour = &found->list[disc][found->counts[disc]++];
-            *neighbour = (struct neighbour){.alike = alike, .away = away, .x = (float)dx, .y = (float)dy};
-            for (int d = disc; d < DISCS; d++) neighbour->weights[d] = disc_kernel(d, dx, dy);
-        }
+    for (int k = 0; k < band->offset_count; k++) {
+        const struct disc_offset *offset = &band->offsets[k];
+        if (offset->dy < above || offset->dy > below) continue;
+        const lanes alike = alike_at(&band->layers[0], i, offset->away);
+        if (lanes_any(alike > 0))
+            found->list[offset->disc][found->counts[offset->disc]++] = (struct neighbour){alike, offset};
+    }
 }
 
 // The neighbours whose smallest disc is `disc`; inlined, so that the loops over discs vanish.
@@ -58,13 +51,13 @@ static inline __attribute__((always_inline)) void add_ring(const struct neighbou
                                                            struct disc_sums *sums) {
     struct disc_sums s = *sums;
     for (int i = 0; i < found->counts[disc]; i++) {
-        const struct neighbour *neighbour = &found->list[disc][i];
-        const lanes value = neighbour->alike * lanes_load(plane + neighbour->away);
-        const lanes x = value * neighbour->x, y = value * neighbour->y;
-        for (int d = disc; d < DISCS; d++) s.means[d] += value * neighbour->weights[d];
+        const struct disc_offset *offset = found->list[disc][i].offset;
+        const lanes value = found->list[disc][i].alike * lanes_load(plane + offset->away);
+        const lanes x = value * (float)offset->dx, y = value * (float)offset->dy;
+        for (int d = disc; d < DISCS; d++) s.means[d] += value * offset->weights[d];
         for (int d = disc > 1 ? disc : 1; d < DISCS; d++) {
-            s.tilts[d - 1][0] += x * neighbour->weights[d];
-            s.tilts[d - 1][1] += y * neighbour->weights[d];
+            s.tilts[d - 1][0] += x * offset->weights[d];
+            s.tilts[d - 1][1] += y * offset->weights[d];
         }
     }
     *sums = s;
@@ -86,11 +79,11 @@ static void sum_counts(const struct band *band, const struct neighbours *found, 
     lanes squares[TILTED][3] = {0};
     for (int disc = 0; disc < DISCS; disc++)
         for (int k = 0; k < found->counts[disc]; k++) {
-            const struct neighbour *neighbour = &found->list[disc][k];
-            const lanes value = neighbour->alike * lanes_load(plane + neighbour->away);
-            const float products[3] = {sqrf(neighbour->x), neighbour->x * neighbour->y, sqrf(neighbour->y)};
+            const struct disc_offset *offset = found->list[disc][k].offset;
+            const lanes value = found->list[disc][k].alike * lanes_load(plane + offset->away);
+            const float dx = (float)offset->dx, dy = (float)offset->dy, products[3] = {dx * dx, dx * dy, dy * dy};
             for (int d = maxi(disc, 1); d < DISCS; d++)
-                for (int p = 0; p < 3; p++) squares[d - 1][p] += value * (products[p] * neighbour->weights[d]);
+                for (int p = 0; p < 3; p++) squares[d - 1][p] += value * (products[p] * offset->weights[d]);
         }
     for (int d = 0; d < DISCS; d++) lanes_store(band->counts[d] + x, sums.means[d]);
     for (int t = 0; t < TILTED; t++)
@@ -109,7 +102,7 @@ static void sum_part(const struct part_planes *part, const struct neighbours *fo
 
 static void sum_first_layer(struct band *band, int y, int above, int below) {
     struct neighbours found;
-    for (size_t x = 0; x < (size_t)band->width; x += LANES) {
+    for (size_t x = 0; x < (size_t)band->width; x += LANE_COUNT) {
         const size_t i = band_row(band, y) + x;
         find_neighbours(band, i, above, below, &found);
         sum_counts(band, &found, i, x);
