@@ -46,7 +46,7 @@ enum status shared_light_apply(const struct shared_light *shared, size_t passes,
                                const struct run *run, struct error *error);
 
 // For shared_filter.c.
-enum { SHARED_BATCH = 16 }; // paths
+enum { SHARED_BATCH = 8 }; // paths
 struct shared_part {
     float light[3], product[3]; // sums, of weight * light the last
     float squares; // sum of the luminance of light^2
