@@ -182,9 +182,9 @@ struct sconce_render_options {
     int max_depth; // 0: the scene's; -1: unlimited
     bool skip_missing;
     // Integrator "path" shares no light. Without, pixels that see one surface side by side share what they find to
-    // arrive there as far as their samples cannot tell it apart, and, where max_depth is 16 or more or unlimited, a path
-    // may end at the second surface that scatters it, or later, with the light that others found there: less noise in
-    // less time, for a small error that falls with the samples (docs/design.md, section 4).
+    // arrive there as far as their samples cannot tell it apart, and, where max_depth is 16 or more or unlimited, a
+    // path may end at the second surface that scatters it, or later, with the light that others found there: less noise
+    // in less time, for a small error that falls with the samples (docs/design.md, section 4).
     bool exact;
     // Full transport in the mean, whatever the baked lamps' errors: integrator "path" traces the geometry they were
     // baked from and uses their light fields to aim its samples and to take noise out of them. Errors: that geometry is
@@ -251,6 +251,7 @@ struct sconce_table1_options {
     const char *output; // a folder, made where it is missing
     const char *data; // folder with the project's scenes/ and lamps/; NULL: found from where the library is
     double scale; // of the picture's sides and of all samples, 0.01..4; 0 counts as 1: 400 pixels high, 1024 samples
+    double reference; // samples of each of the two references, in terms of bdpt's, 1..64; 0 counts as 1
     const char *only; // rows, with commas between them: "statler,star,blossom,feather,vintage"; NULL: all
 };
 // *json: {"rows": [{"luminaire", "scene", "speedup", ...}], "settings": {...}}; *markdown: the same to be read. free()

@@ -10,6 +10,7 @@ enum sconce_status sconce_table1(const struct sconce_table1_options *options, co
     const struct table1_options table = {.folder = options->output,
                                          .data = options->data,
                                          .scale = options->scale > 0 ? options->scale : 1,
+                                         .reference = options->reference > 0 ? options->reference : 1,
                                          .only = options->only};
     return api_status(table1_make(&table, &api.run, json, markdown, &inner), &inner, error);
 }

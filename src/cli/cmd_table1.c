@@ -4,7 +4,7 @@
 
 #include "cli.h"
 
-enum { KEY_SCALE = 2000, KEY_ONLY, KEY_DATA };
+enum { KEY_SCALE = 2000, KEY_REFERENCE, KEY_ONLY, KEY_DATA };
 
 struct table1_input {
     struct common common;
@@ -14,6 +14,7 @@ struct table1_input {
 static const struct argp_option OPTIONS[] = {
     {"output", 'o', "FOLDER", 0, "of the results; what is there is used again (default out/table1)", 1},
     {"scale", KEY_SCALE, "X", 0, "of the picture's sides and of all samples (default 1; 0.25 takes minutes)", 1},
+    {"reference", KEY_REFERENCE, "X", 0, "samples of each reference, in terms of bdpt's (default 1)", 1},
     {"only", KEY_ONLY, "ROW[,ROW...]", 0, "statler, star, blossom, feather, vintage (default all)", 1},
     {"data", KEY_DATA, "FOLDER", 0, "with the project's scenes and lamps (default: where it was built or installed)",
      1},
@@ -30,6 +31,9 @@ static error_t parse(int key, char *argument, struct argp_state *state) {
         return 0;
     case KEY_SCALE:
         input->options.scale = option_number(state, argument, "--scale", 0.01, 4);
+        return 0;
+    case KEY_REFERENCE:
+        input->options.reference = option_number(state, argument, "--reference", 1, 64);
         return 0;
     case KEY_ONLY:
         input->options.only = argument;
@@ -51,7 +55,7 @@ static int run(int argc, char **argv) {
         common_children,
         0,
         0};
-    struct table1_input input = {.options = {.output = "out/table1", .scale = 1}};
+    struct table1_input input = {.options = {.output = "out/table1", .scale = 1, .reference = 1}};
     common_init(&input.common);
     if (argp_parse(&argp, argc, argv, 0, 0, &input)) return EXIT_USAGE;
     struct sconce_error error;

@@ -58,12 +58,20 @@ static enum status rows_write(const struct table1_kit *kit, const struct table1_
 enum status table1_make(const struct table1_options *options, const struct run *run, char **json, char **markdown,
                         struct error *error) {
     *json = *markdown = NULL;
-    struct table1_kit kit = {.run = run, .folder = options->folder, .scale = options->scale, .start_s = clock_wall_s()};
+    struct table1_kit kit = {.run = run,
+                             .folder = options->folder,
+                             .scale = options->scale,
+                             .reference = options->reference,
+                             .start_s = clock_wall_s()};
     bool chosen[TABLE1_ROWS];
     struct table1_row rows[TABLE1_ROWS];
     int count = 0;
     if (!(options->scale >= 0.01 && options->scale <= 4))
         return error_set(error, STATUS_INVALID, "the scale is %g; it must lie between 0.01 and 4", options->scale);
+    if (!(options->reference >= 1 && options->reference <= 64))
+        return error_set(error, STATUS_INVALID,
+                         "the reference has %g times the samples of bdpt; it must have 1 to 64 times as many",
+                         options->reference);
     enum status status = rows_choose(chosen, options->only, error);
     if (!status) status = evidence_data_find(&kit.data, options->data, error);
     if (!status) status = rows_check(&kit, chosen, error);

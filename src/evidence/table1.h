@@ -8,6 +8,7 @@ struct table1_options {
     const char *folder; // of the results; made where it is not there
     const char *data; // see evidence_data_find; NULL: found
     double scale; // of the picture's sides and of all samples; 1: 400 pixels high, bdpt with 1024 samples
+    double reference; // samples of each of the two references, in terms of bdpt's, 1 to 64
     const char *only; // names with commas between them; NULL: all
 };
 

@@ -90,9 +90,10 @@ static json_t *json_row(const struct table1_row *row) {
 json_t *table1_json(const struct table1_kit *kit, const struct table1_row *rows, int count) {
     json_t *array = json_array();
     for (int i = 0; i < count; i++) json_array_append_new(array, json_row(&rows[i]));
-    return json_pack("{s:o, s:{s:f, s:i, s:I, s:s, s:s, s:s}}", "rows", array, "settings", "scale", kit->scale,
-                     "threads", kit->run->threads, "seed", (json_int_t)kit->run->seed, "version", SCONCE_VERSION,
-                     "error", "relMSE (eps 1e-3) outside the lamp, less the reference's noise", "folder", kit->folder);
+    return json_pack("{s:o, s:{s:f, s:f, s:i, s:I, s:s, s:s, s:s}}", "rows", array, "settings", "scale", kit->scale,
+                     "reference", kit->reference, "threads", kit->run->threads, "seed", (json_int_t)kit->run->seed,
+                     "version", SCONCE_VERSION, "error",
+                     "relMSE (eps 1e-3) outside the lamp, less the reference's noise", "folder", kit->folder);
 }
 
 char *table1_markdown(const struct table1_row *rows, int count) {

@@ -153,8 +153,9 @@ enum status table1_page(const struct table1_kit *kit, const struct table1_row *r
     snprintf(
         text, sizeof text,
         "Bidirectional path tracing of the lamp's geometry against path tracing with the baked lamp, on the CPU, at "
-        "scale %g (1: 400 pixels high and 1024 samples a pixel).",
-        kit->scale);
+        "scale %g (1: 400 pixels high and 1024 samples a pixel); two references by bdpt with %g times the samples "
+        "each.",
+        kit->scale, kit->reference);
     page_paragraph(&page, text);
     add_table(&page, rows, count);
     page_small_print(

@@ -1,4 +1,4 @@
-// How a row is measured. Two renderings of ours (64 samples each at scale 1) and two long ones of the geometry tell
+// How a row is measured. Two renderings of ours (64 samples each at scale 1) and two of the geometry tell
 // bias from noise; one of the geometry with 1024 samples sets the error; a last one of ours grows until it is as good.
 #include "evidence/table1_row.h"
 
@@ -31,7 +31,7 @@ struct row_job {
     struct table1_kit *kit;
     const struct table1_entry *entry;
     struct table1_row *row;
-    int width, height, bdpt_samples, half_samples, fixed_samples;
+    int width, height, bdpt_samples, reference_samples, half_samples, fixed_samples;
     struct long_render_result ours[2], bdpt, reference[2], equal;
     double our_noise, our_cpu_s; // of one sample a pixel
     struct image mask, reference_mean;
@@ -50,6 +50,7 @@ static struct row_job row_job(struct table1_kit *kit, const struct table1_entry 
                             .width = scaled(kit, entry->width, 16),
                             .height = scaled(kit, HEIGHT, 16),
                             .bdpt_samples = scaled(kit, BDPT_SAMPLES, 2),
+                            .reference_samples = scaled(kit, kit->reference * BDPT_SAMPLES, 2),
                             .half_samples = scaled(kit, HALF_SAMPLES, 2),
                             .fixed_samples = scaled(kit, FIXED_SAMPLES, 1)};
 }
@@ -57,7 +58,7 @@ static struct row_job row_job(struct table1_kit *kit, const struct table1_entry 
 double table1_work(const struct table1_kit *kit, const struct table1_entry *entry) {
     struct row_job job = row_job((struct table1_kit *)(uintptr_t)kit, entry, NULL);
     return (double)job.width * job.height *
-           (3 * job.bdpt_samples + OUR_WORK * (2 * job.half_samples + 2 * job.fixed_samples));
+           (job.bdpt_samples + 2 * job.reference_samples + OUR_WORK * (2 * job.half_samples + 2 * job.fixed_samples));
 }
 
 void table1_path(char *path, const struct table1_kit *kit, const struct table1_entry *entry, const char *what) {
@@ -155,6 +156,7 @@ static enum status render_halves(struct row_job *job, struct error *error) {
     table1_path(mask, job->kit, job->entry, "mask.exr");
     const double pixels = (double)job->width * job->height;
     const double half_work = OUR_WORK * pixels * job->half_samples, bdpt_work = pixels * job->bdpt_samples;
+    const double reference_work = pixels * job->reference_samples;
     enum status status = STATUS_OK;
     for (unsigned i = 0; !status && i < 2; i++)
         status = render(job, &(struct rendering){ours[i], true, 1 + i, job->half_samples, i ? NULL : mask}, half_work,
@@ -163,8 +165,8 @@ static enum status render_halves(struct row_job *job, struct error *error) {
         status =
             render(job, &(struct rendering){"bdpt", false, 11, job->bdpt_samples, NULL}, bdpt_work, &job->bdpt, error);
     for (unsigned i = 0; !status && i < 2; i++)
-        status = render(job, &(struct rendering){references[i], false, 21 + i, job->bdpt_samples, NULL}, bdpt_work,
-                        &job->reference[i], error);
+        status = render(job, &(struct rendering){references[i], false, 21 + i, job->reference_samples, NULL},
+                        reference_work, &job->reference[i], error);
     if (!status) status = image_load(&job->mask, mask, true, error);
     if (!status) status = image_mean(&job->reference_mean, &job->reference[0].image, &job->reference[1].image, error);
     return status;
@@ -188,7 +190,7 @@ static enum status measure_bdpt(struct row_job *job, struct error *error) {
     const struct image *pictures[2] = {&job->ours[0].image, &job->ours[1].image};
     const struct image *references[2] = {&job->reference[0].image, &job->reference[1].image};
     job->parts = error_split(pictures, references, &job->mask);
-    row->reference_spp = 2 * job->bdpt_samples;
+    row->reference_spp = 2 * job->reference_samples;
     row->reference_cpu_s = job->reference[0].cpu_s + job->reference[1].cpu_s;
     row->reference_noise = job->parts.reference_noise;
     row->bdpt_spp = job->bdpt_samples;

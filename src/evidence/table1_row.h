@@ -50,7 +50,7 @@ struct table1_kit {
     const struct run *run;
     struct evidence_data data;
     const char *folder;
-    double scale;
+    double scale, reference; // as table1_options
     double total, done, unmeasured; // of work; unmeasured: done by earlier calls
     double start_s;
 };

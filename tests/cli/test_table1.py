@@ -93,6 +93,16 @@ class Table1(unittest.TestCase):
         again = json.loads(self.table1("out/one", *arguments, "--json").stdout)
         self.assertEqual(again["rows"], table["rows"])
         self.assertEqual(self.files("out/one"), before)
+        # Longer references go on from the shorter ones; nothing else is longer.
+        longer = json.loads(self.table1("out/one", *arguments, "--reference", 2, "--json").stdout)
+        self.assertEqual(longer["settings"]["reference"], 2)
+        for row, short in zip(longer["rows"], table["rows"]):
+            self.assertEqual((row["reference_spp"], row["bdpt_spp"]), (204, 51))
+            self.assertGreater(row["reference_cpu_s"], short["reference_cpu_s"])
+            self.assertEqual(row["bdpt_cpu_s"], short["bdpt_cpu_s"])
+            self.assertLess(row["reference_noise"], 0.8 * short["reference_noise"])
+        self.table1("out/one", *arguments)
+        before = self.files("out/one")
         # A change of the lamp's geometry makes anew what it is in, and nothing else.
         star = self.data / "lamps/star_lamp/star_lamp.xml"
         star.write_text(LAMP.replace("30, 20, 10", "31, 20, 10"))
