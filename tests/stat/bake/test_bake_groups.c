@@ -65,7 +65,7 @@ static bool stop(void *user) {
 
 // For what does not ask how good the file is.
 static const struct bake_plan tiny = {
-    20000, 0, 2, 3, 0, 10, false, {40000, 65536, 4, 4, 0, 0}, {.chunks = 0}, false, LIGHT_LOSS_LIKELIHOOD};
+    20000, 0, 2, 3, 400000, 10, false, {40000, 65536, 4, 4, 0, 0}, {.chunks = 0}, false, LIGHT_LOSS_LIKELIHOOD};
 
 static enum status bake(const struct bake_plan *plan, const char *lamp, const char *output, enum bake_groups groups,
                         int stop_after, bool resume, struct bake_report *report, struct error *error) {
