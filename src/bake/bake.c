@@ -19,15 +19,16 @@ static const struct bake_plan plans[] = {
     [BAKE_HIGH] = {8000000, 24, 1500, 5000, 32000000, 0, false, {16000000, 8000000, 128, 2048, 0, 0}, {.chunks = 1500}},
 };
 
-// Aims at 0.6, 2 and 8 MB, the tables of the transparency and of the sampling density included.
+enum { HULL_TRIANGLES = 60000 }; // more take time where light passes the lamp
+
 static const struct {
+    size_t file_bytes;
     int log2_entries;
     bool packed;
-    size_t hull_triangles;
     int view_log2_entries;
-} sizes[] = {[BAKE_SIZE_SMALL] = {13, true, 9000, 11},
-             [BAKE_SIZE_DEFAULT] = {15, false, 16000, 13},
-             [BAKE_SIZE_LARGE] = {18, false, 40000, 16}};
+} sizes[] = {[BAKE_SIZE_SMALL] = {600000, 13, true, 11},
+             [BAKE_SIZE_DEFAULT] = {2000000, 15, false, 13},
+             [BAKE_SIZE_LARGE] = {8000000, 18, false, 16}};
 
 struct bake_plan bake_plan_work(const struct bake_options *options) {
     struct bake_plan plan = plans[options->quality];
@@ -38,7 +39,8 @@ struct bake_plan bake_plan_work(const struct bake_options *options) {
     }
     plan.log2_entries = sizes[options->size].log2_entries;
     plan.packed = sizes[options->size].packed;
-    plan.view.triangles = sizes[options->size].hull_triangles;
+    plan.file_bytes = sizes[options->size].file_bytes;
+    plan.hull_triangles = HULL_TRIANGLES;
     plan.view.log2_entries = sizes[options->size].view_log2_entries;
     return plan;
 }
@@ -79,28 +81,6 @@ static void describe_job(const struct bake_job *job, char text[80]) {
              (int)o->proxy + 16 * (int)o->view + 256 * (int)o->groups);
 }
 
-static enum status create_transparency(struct bake_job *job, struct error *error) {
-    struct transparency_options options = {
-        .proxy = &job->lamp.proxy,
-        .hull = bake_camera_sees_all(&job->scene) ? job->view.hull : NULL, // else the file's hull may be left out
-        .log2_entries = job->transparency_log2_entries,
-        .packed = job->plan.packed,
-        .steps = job->plan.transparency_chunks * CHUNK_STEPS,
-        .seed = job->lamp.seed};
-    bool fits = true;
-    enum status status = transparency_create(&job->transparency, &options, error);
-    if (status == STATUS_OK && options.hull)
-        status = transparency_fits_hull(job->transparency, &job->lamp, &fits, error);
-    if (status != STATUS_OK || fits) return status;
-    run_warn(job->run,
-             "the lamp is too fine for a hull of %zu triangles; its transparency is learned without, and "
-             "appearance=surface will miss parts of it",
-             job->plan.view.triangles);
-    transparency_destroy(job->transparency);
-    options.hull = NULL;
-    return transparency_create(&job->transparency, &options, error);
-}
-
 static enum status start_training(struct bake_job *job, struct error *error) {
     char identity[80];
     bool resumed = false;
@@ -124,9 +104,7 @@ static enum status start_training(struct bake_job *job, struct error *error) {
     bake_plan_time(job);
     status = light_training_create(&job->light, &job->lamp, &job->survey, job->guide, &job->checkpoint.recipe,
                                    STREAM_TRAINING, error);
-    if (status == STATUS_OK && bake_has_view(job) && job->group == 0)
-        status = hull_build(&job->view.hull, &job->hull_map, &job->lamp, job->plan.view.triangles, error);
-    if (status == STATUS_OK && job->group == 0) status = create_transparency(job, error);
+    if (status == STATUS_OK && job->group == 0) status = bake_hull_stage(job, error);
     if (status == STATUS_OK && resumed) {
         job->light.traced = job->checkpoint.traced;
         status = checkpoint_load_networks(&job->checkpoint, job->folder, job->light.field,

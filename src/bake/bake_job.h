@@ -19,6 +19,7 @@ struct bake_plan { // how much work each stage does
     struct view_plan view; // chunks 0: no hull
     bool camera_only; // camera lines alone, without a trial; not with checkpoints
     enum light_loss loss;
+    size_t file_bytes, hull_triangles; // at most; file_bytes: the hull is coarser where it would not fit
 };
 
 struct baked_group { // a finished group
@@ -96,8 +97,10 @@ enum status bake_train(struct bake_job *job, struct error *error);
 // Preset paper: the same for the three published networks. Lowers the evaluation's effort to what they are fast enough
 // for.
 enum status bake_train_paper(struct bake_job *job, struct error *error);
+// Hull and transparency of the lamp, for the light field that is about to be trained.
+enum status bake_hull_stage(struct bake_job *job, struct error *error);
 bool bake_has_view(const struct bake_job *job); // the file gets a hull, where the lamp allows one
-// Hull and view field, where the plan and the options want them.
+// The view field, where there is a hull.
 enum status bake_view_stage(struct bake_job *job, struct error *error);
 // The wall time that the stages after the light field's training take of a bake with --seconds.
 double bake_reserve_s(const struct bake_job *job);

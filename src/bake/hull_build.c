@@ -6,8 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bake/hull_normals.h"
+#include "bake/hull_order.h"
 #include "bake/hull_simplify.h"
 #include "base/parallel.h"
+#include "luminaire/hull_pack.h"
 #include "math/warp.h"
 
 enum { ANALYTIC_ROWS = 12, ANALYTIC_COLUMNS = 24, LEAST_TRIES = 4, MOST_TRIES = 64, MAX_PASSES = 64, BLOCK = 256 };
@@ -202,16 +205,9 @@ static void quantise(struct hull *hull, const struct loose_mesh *mesh) {
         upper = (vec3){fmaxf(upper.x, p.x), fmaxf(upper.y, p.y), fmaxf(upper.z, p.z)};
     }
     memcpy(hull->lower, &lower, sizeof hull->lower);
-    vec3 step = vec3_scale(vec3_sub(upper, lower), 1.0f / 65535);
+    vec3 step = vec3_scale(vec3_sub(upper, lower), 1.0f / HULL_MAX_CODE);
     memcpy(hull->step, &step, sizeof hull->step);
-    for (size_t i = 0; i < mesh->vertex_count; i++) {
-        float p[3];
-        memcpy(p, &mesh->positions[i], sizeof p);
-        for (int a = 0; a < 3; a++) {
-            float code = hull->step[a] > 0 ? (p[a] - hull->lower[a]) / hull->step[a] : 0;
-            hull->vertices[i][a] = (uint16_t)lrintf(clampf(code, 0, 65535));
-        }
-    }
+    for (size_t i = 0; i < mesh->vertex_count; i++) hull_set_vertex(hull, i, mesh->positions[i]);
 }
 
 // Triangles by part; parts of which nothing is seen get none, which the file does not allow: they are left out, and the
@@ -237,8 +233,14 @@ static enum status finish(struct hull **result, struct builder *b, struct hull_m
         if (part.count) hull->parts[hull->part_count++] = part;
     }
     for (size_t i = 0; i < b->lamp->scene->shape_count; i++) map->part[i] = renamed[map->part[i]];
-    *result = hull;
-    return STATUS_OK;
+    status = hull_take_normals(hull, map, b->lamp, error);
+    if (!status) status = hull_order(hull, error);
+    if (!status) status = hull_pack(hull, error);
+    if (status)
+        hull_destroy(hull);
+    else
+        *result = hull;
+    return status;
 }
 
 void hull_map_fini(struct hull_map *map) {
@@ -259,7 +261,8 @@ static enum status build(struct hull **hull, struct builder *b, struct hull_map 
     keep_visible(b);
     if (!b->mesh.triangle_count) return STATUS_OK;
     status = loose_mesh_join(&b->mesh, error);
-    if (!status) status = loose_mesh_simplify(&b->mesh, stiffness, tolerance * b->lamp->proxy.radius, triangles, error);
+    const struct mesh_limit most = {HULL_MAX_VERTICES, triangles};
+    if (!status) status = loose_mesh_simplify(&b->mesh, stiffness, tolerance * b->lamp->proxy.radius, &most, error);
     bool fits = b->mesh.triangle_count > 0 && b->mesh.vertex_count <= HULL_MAX_VERTICES &&
                 b->mesh.triangle_count <= HULL_MAX_TRIANGLES;
     return status || !fits ? status : finish(hull, b, map, error);

@@ -29,7 +29,7 @@ struct simplifier {
     uint8_t *dead; // triangles
     uint32_t *marks, mark;
     struct edge *heap;
-    size_t heap_count, heap_room, alive;
+    size_t heap_count, heap_room, triangles, vertices; // triangles, vertices: in use
     bool out_of_memory;
 };
 
@@ -252,8 +252,15 @@ static bool is_simple(struct simplifier *s, uint32_t a, uint32_t b) {
     return shared >= 1 && shared <= 2 && common == shared;
 }
 
+static bool is_used(const struct simplifier *s, uint32_t v) {
+    FOR_CORNERS(s, c, v) return true;
+    return false;
+}
+
 static void collapse(struct simplifier *s, const struct edge *edge) {
-    uint32_t a = edge->a, b = edge->b;
+    uint32_t a = edge->a, b = edge->b, tips[2]; // of the one or two triangles that vanish
+    size_t tip_count = 0;
+    s->vertices--;
     memcpy(s->p[a], edge->p, sizeof edge->p);
     s->quadrics[a] = quadric_sum(&s->quadrics[a], &s->quadrics[b]);
     s->stamps[a]++;
@@ -262,9 +269,11 @@ static void collapse(struct simplifier *s, const struct edge *edge) {
     for (int64_t c = s->first[b]; c != NONE; c = s->next[c]) {
         tail = c;
         if (s->dead[c / 3]) continue;
-        if (around(s, c, 1) == a || around(s, c, 2) == a) {
+        const uint32_t next = around(s, c, 1), last = around(s, c, 2);
+        if (next == a || last == a) {
             s->dead[c / 3] = 1;
-            s->alive--;
+            s->triangles--;
+            tips[tip_count++] = next == a ? last : next;
         } else
             s->mesh->triangles[c / 3][c % 3] = a;
     }
@@ -273,6 +282,8 @@ static void collapse(struct simplifier *s, const struct edge *edge) {
         s->first[a] = s->first[b];
         s->first[b] = NONE;
     }
+    for (size_t i = 0; i < tip_count; i++) s->vertices -= !is_used(s, tips[i]);
+    s->vertices -= !is_used(s, a);
     FOR_CORNERS(s, c, a) {
         push_edge(s, a, around(s, c, 1));
         push_edge(s, a, around(s, c, 2));
@@ -308,7 +319,7 @@ static void add_triangle_planes(struct simplifier *s, const float *stiffness) {
 
 static enum status simplifier_init(struct simplifier *s, struct loose_mesh *mesh, struct error *error) {
     size_t n = mesh->vertex_count, corners = 3 * mesh->triangle_count;
-    *s = (struct simplifier){.mesh = mesh, .alive = mesh->triangle_count};
+    *s = (struct simplifier){.mesh = mesh, .triangles = mesh->triangle_count};
     s->p = malloc((n + 1) * sizeof *s->p);
     s->quadrics = calloc(n + 1, sizeof *s->quadrics);
     s->stamps = calloc(n + 1, sizeof *s->stamps);
@@ -326,6 +337,7 @@ static enum status simplifier_init(struct simplifier *s, struct loose_mesh *mesh
     }
     for (size_t c = 0; c < corners; c++) {
         uint32_t v = mesh->triangles[c / 3][c % 3];
+        s->vertices += s->first[v] == NONE;
         s->next[c] = s->first[v];
         s->first[v] = (int64_t)c;
     }
@@ -362,8 +374,8 @@ static void gather_mesh(struct simplifier *s) {
     for (size_t c = 0; c < 3 * triangles; c++) mesh->triangles[c / 3][c % 3] = s->marks[mesh->triangles[c / 3][c % 3]];
 }
 
-enum status loose_mesh_simplify(struct loose_mesh *mesh, const float *stiffness, float tolerance, size_t most,
-                                struct error *error) {
+enum status loose_mesh_simplify(struct loose_mesh *mesh, const float *stiffness, float tolerance,
+                                const struct mesh_limit *most, struct error *error) {
     struct simplifier s;
     enum status status = simplifier_init(&s, mesh, error);
     if (status == STATUS_OK) {
@@ -374,7 +386,7 @@ enum status loose_mesh_simplify(struct loose_mesh *mesh, const float *stiffness,
         while (s.heap_count && !s.out_of_memory) {
             struct edge edge = heap_pop(&s);
             if (edge.stamp_a != s.stamps[edge.a] || edge.stamp_b != s.stamps[edge.b]) continue;
-            if (edge.cost > limit && s.alive <= most) break;
+            if (edge.cost > limit && s.vertices <= most->vertices && s.triangles <= most->triangles) break;
             if (!is_simple(&s, edge.a, edge.b) || turns_over(&s, edge.a, edge.b, edge.p) ||
                 turns_over(&s, edge.b, edge.a, edge.p))
                 continue;

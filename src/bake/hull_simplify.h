@@ -18,8 +18,11 @@ struct loose_mesh { // triangles of several parts; vertices are of one part each
 void loose_mesh_fini(struct loose_mesh *mesh);
 // Joins vertices of one part at equal positions and drops triangles without area.
 enum status loose_mesh_join(struct loose_mesh *mesh, struct error *error);
-// Collapses edges, the least harmful first, while the surface moves by less than `tolerance`, and further until at most
-// `most` triangles are left. `stiffness` per part multiplies the distances that its surface moves by. Vertices that no
+struct mesh_limit {
+    size_t vertices, triangles;
+};
+// Collapses edges, the least harmful first, while the surface moves by less than `tolerance`, and further until the
+// mesh keeps the limit. `stiffness` per part multiplies the distances that its surface moves by. Vertices that no
 // triangle uses are dropped; the order of the triangles is kept. Deterministic.
-enum status loose_mesh_simplify(struct loose_mesh *mesh, const float *stiffness, float tolerance, size_t most,
-                                struct error *error);
+enum status loose_mesh_simplify(struct loose_mesh *mesh, const float *stiffness, float tolerance,
+                                const struct mesh_limit *most, struct error *error);

@@ -8,7 +8,7 @@
 #include "math/warp.h"
 #include "trace/hull_look.h"
 
-enum { BLOCK = 64, MAX_DEPTH = 100 };
+enum { BLOCK = 64, MAX_DEPTH = 100, SPLITS = 4, GLIMPSES = 1 << SPLITS };
 
 struct block { // one sample of neighbouring pixels of a row
     int count;
@@ -50,7 +50,7 @@ static void add_traced(const struct lamp_picture *picture, const struct block *b
         struct ray ray = look_along(picture, block->at[i]);
         struct sampler sampler = block->samplers[i];
         struct line_hit hit;
-        trace_line_radiance(lamp->scene, &ray, &sampler, lamp->aims, lamp->aim_count, MAX_DEPTH, &hit);
+        trace_line_radiance_split(lamp->scene, &ray, &sampler, lamp->aims, lamp->aim_count, MAX_DEPTH, SPLITS, &hit);
         add(pixels + 3 * i, (float[3]){hit.radiance.r, hit.radiance.g, hit.radiance.b}, share);
     }
 }
@@ -64,17 +64,24 @@ static void add_model(const struct lamp_picture *picture, const struct block *bl
 
 // Absorption in the hull's glass is left out.
 static void add_surface(const struct lamp_picture *picture, const struct block *block, float *pixels, float share) {
-    struct view_point points[BLOCK];
-    float radiance[BLOCK][3];
-    int columns[BLOCK], count = 0;
+    struct hull_glimpse seen[GLIMPSES];
+    struct view_point points[BLOCK * GLIMPSES];
+    float radiance[BLOCK * GLIMPSES][3], weights[BLOCK * GLIMPSES];
+    int columns[BLOCK * GLIMPSES];
+    size_t count = 0;
     const struct hull *hull = luminaire_hull(picture->luminaire);
     for (int i = 0; i < block->count; i++) {
         struct ray ray = look_along(picture, block->at[i]);
         struct sampler sampler = block->samplers[i];
-        if (hull_trace(picture->hull, hull, &ray, &sampler, &points[count])) columns[count++] = i;
+        const size_t ways = hull_trace(picture->hull, hull, &ray, &sampler, SPLITS, seen);
+        for (size_t k = 0; k < ways; k++, count++) {
+            points[count] = seen[k].at;
+            weights[count] = seen[k].weight;
+            columns[count] = i;
+        }
     }
-    if (count) luminaire_view(picture->luminaire, (size_t)count, points, radiance);
-    for (int i = 0; i < count; i++) add(pixels + 3 * columns[i], radiance[i], share);
+    if (count) luminaire_view(picture->luminaire, count, points, radiance);
+    for (size_t k = 0; k < count; k++) add(pixels + 3 * columns[k], radiance[k], share * weights[k]);
 }
 
 static void take_row(void *user, size_t row, int worker) {

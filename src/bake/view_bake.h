@@ -9,7 +9,6 @@ struct view_plan {
     enum data_source data; // as the light field's
     size_t chunks; // optimiser steps / VIEW_STEPS
     double seconds; // > 0: as many chunks as fit in this wall time, at least one
-    size_t triangles; // of the hull, about
     int log2_entries;
 };
 

@@ -89,6 +89,7 @@ void light_field_eval(const struct light_field *field, size_t n, const float (*p
 enum status light_field_finish(struct light_field *field, struct error *error);
 void light_field_set_scale(struct light_field *field,
                            const float scale[3]); // final scale per colour, to the traced flux
+size_t light_field_bytes(const struct light_field *field); // in a file, about
 
 struct transparency;
 struct hull;
@@ -106,6 +107,7 @@ enum status transparency_create(struct transparency **t, const struct transparen
                                 struct error *error);
 bool transparency_learns(const struct transparency *t, const float point[3], const float w[3]);
 void transparency_destroy(struct transparency *t);
+size_t transparency_bytes(const struct transparency *t); // in a file, about
 // samples: point, w, target = throughput in [0,1], mass = weight. Squared error through a sigmoid (unbiased).
 void transparency_plan(struct transparency *t, size_t steps);
 void transparency_train(struct transparency *t, const struct line_sample *samples, size_t n, int threads, double *loss);
@@ -119,6 +121,7 @@ enum status sampling_density_build(struct sampling_density **density, const stru
                                    const float (*anchors)[3], size_t anchor_count, const struct line_exit *exits,
                                    size_t exit_count, uint64_t seed, int threads, struct error *error);
 void sampling_density_destroy(struct sampling_density *density);
+size_t sampling_density_bytes(size_t anchor_count); // in a file, at most
 // The same anew, by what the finished light field shows along lines that the density draws from 1.02 to 8 radii, in
 // SAMPLING_ROUNDS rounds: the last has `lines` (0: none of this), those before a quarter each. The anchors' cones stay.
 // After an error the density is that of the last round that was made.

@@ -38,6 +38,10 @@ enum status field_net_create(struct field_net *net, const float center[3], float
 
 size_t field_net_parameters(const struct field_net *net) { return mlp_layout(&net->shape).count; }
 
+size_t field_net_bytes(const struct field_net *net) {
+    return field_net_parameters(net) * sizeof *net->mlp + net->encoding.layout.entry_count * (net->packed ? 1 : 2);
+}
+
 static void free_finished(struct field_net *net) {
     free(net->mlp);
     free(net->mlp_by_input);

@@ -43,6 +43,7 @@ enum status field_net_restore(struct field_net *net, const float center[3], floa
 enum status field_net_finish(struct field_net *net, struct error *error);
 void field_net_fini(struct field_net *net);
 size_t field_net_parameters(const struct field_net *net); // of the MLP
+size_t field_net_bytes(const struct field_net *net); // of the MLP and the tables in a file
 
 // z [FIELD_OUTPUTS][NET_LANES] of `count` <= NET_LANES lines, each the same bit for bit in whatever company; hit[l] = 0
 // where a line misses the bounding sphere. `crossings`: NET_LANES of them, positions in the unit ball, where the

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-static const float crease_cos = 0.64f; // 50 degrees
+#include "math/warp.h"
 
 enum status hull_allocate(struct hull **hull, size_t vertex_count, size_t triangle_count, struct error *error) {
     struct hull *h = *hull = calloc(1, sizeof *h);
@@ -11,8 +11,9 @@ enum status hull_allocate(struct hull **hull, size_t vertex_count, size_t triang
         h->vertex_count = vertex_count;
         h->triangle_count = triangle_count;
         h->vertices = calloc(vertex_count + 1, sizeof *h->vertices);
+        h->normals = calloc(vertex_count + 1, sizeof *h->normals);
         h->triangles = calloc(triangle_count + 1, sizeof *h->triangles);
-        if (h->vertices && h->triangles) return STATUS_OK;
+        if (h->vertices && h->normals && h->triangles) return STATUS_OK;
     }
     hull_destroy(h);
     *hull = NULL;
@@ -22,7 +23,9 @@ enum status hull_allocate(struct hull **hull, size_t vertex_count, size_t triang
 void hull_destroy(struct hull *hull) {
     if (!hull) return;
     free(hull->vertices);
+    free(hull->normals);
     free(hull->triangles);
+    free(hull->packed);
     free(hull);
 }
 
@@ -37,7 +40,7 @@ static bool part_is_valid(const struct hull_part *part, size_t first) {
 
 enum status hull_check(const struct hull *hull, const float center[3], float radius, struct error *error) {
     for (int a = 0; a < 3; a++) {
-        float upper = hull->lower[a] + 65535 * hull->step[a];
+        float upper = hull->lower[a] + (float)HULL_MAX_CODE * hull->step[a];
         if (!(hull->step[a] >= 0) || !(fabsf(hull->lower[a] - center[a]) <= 2 * radius) ||
             !(fabsf(upper - center[a]) <= 2 * radius))
             return error_set(error, STATUS_INVALID, "the hull reaches beyond the proxy");
@@ -58,62 +61,35 @@ enum status hull_check(const struct hull *hull, const float center[3], float rad
 }
 
 vec3 hull_vertex(const struct hull *hull, size_t vertex) {
-    const uint16_t *q = hull->vertices[vertex];
+    const uint32_t *q = hull->vertices[vertex];
     return vec3_make(hull->lower[0] + (float)q[0] * hull->step[0], hull->lower[1] + (float)q[1] * hull->step[1],
                      hull->lower[2] + (float)q[2] * hull->step[2]);
 }
 
-// Not unit: its length is twice the area.
-static vec3 face_normal(const struct hull *hull, size_t triangle) {
+void hull_set_vertex(struct hull *hull, size_t vertex, vec3 p) {
+    const float at[3] = {p.x, p.y, p.z};
+    for (int a = 0; a < 3; a++) {
+        double code = hull->step[a] > 0 ? (double)(at[a] - hull->lower[a]) / (double)hull->step[a] : 0;
+        hull->vertices[vertex][a] = (uint32_t)lrint(fmin(fmax(code, 0), HULL_MAX_CODE));
+    }
+}
+
+vec3 hull_normal(const struct hull *hull, size_t vertex) {
+    const uint16_t *q = hull->normals[vertex];
+    return direction_from_octahedral(
+        (vec2){(float)q[0] * (1.0f / HULL_MAX_NORMAL), (float)q[1] * (1.0f / HULL_MAX_NORMAL)});
+}
+
+void hull_set_normal(struct hull *hull, size_t vertex, vec3 n) {
+    const vec2 square = octahedral_from_direction(n);
+    hull->normals[vertex][0] = (uint16_t)lrintf(clampf(square.x, 0, 1) * HULL_MAX_NORMAL);
+    hull->normals[vertex][1] = (uint16_t)lrintf(clampf(square.y, 0, 1) * HULL_MAX_NORMAL);
+}
+
+vec3 hull_face_normal(const struct hull *hull, size_t triangle) {
     const uint16_t *v = hull->triangles[triangle];
-    vec3 a = hull_vertex(hull, v[0]);
-    return vec3_cross(vec3_sub(hull_vertex(hull, v[1]), a), vec3_sub(hull_vertex(hull, v[2]), a));
-}
-
-static float corner_angle(const struct hull *hull, size_t triangle, int corner) {
-    const uint16_t *v = hull->triangles[triangle];
-    vec3 p = hull_vertex(hull, v[corner]), a = vec3_sub(hull_vertex(hull, v[(corner + 1) % 3]), p),
-         b = vec3_sub(hull_vertex(hull, v[(corner + 2) % 3]), p);
-    return atan2f(vec3_length(vec3_cross(a, b)), vec3_dot(a, b));
-}
-
-static vec3 normalize_or(vec3 v, vec3 otherwise) {
-    float length = vec3_length(v);
-    return length > 0 ? vec3_scale(v, 1 / length) : otherwise;
-}
-
-enum status hull_corner_normals(const struct hull *hull, vec3 *normals, struct error *error) {
-    size_t n = hull->triangle_count;
-    vec3 *faces = malloc((n + 1) * sizeof *faces);
-    uint32_t *starts = calloc(hull->vertex_count + 2, sizeof *starts), *corners = malloc((3 * n + 1) * sizeof *corners);
-    if (!faces || !starts || !corners) {
-        free(faces);
-        free(starts);
-        free(corners);
-        return error_set(error, STATUS_MEMORY, "out of memory for the hull's normals");
-    }
-    for (size_t t = 0; t < n; t++) {
-        faces[t] = normalize_or(face_normal(hull, t), vec3_make(0, 0, 1));
-        for (int k = 0; k < 3; k++) starts[hull->triangles[t][k] + 2]++;
-    }
-    for (size_t v = 2; v < hull->vertex_count + 2; v++) starts[v] += starts[v - 1];
-    for (size_t c = 0; c < 3 * n; c++) corners[starts[hull->triangles[c / 3][c % 3] + 1]++] = (uint32_t)c;
-    for (size_t i = 0; i < hull->part_count; i++) {
-        const struct hull_part *part = &hull->parts[i];
-        size_t end = part->first + part->count;
-        for (size_t c = 3 * (size_t)part->first; c < 3 * end; c++) {
-            vec3 face = faces[c / 3], sum = vec3_make(0, 0, 0);
-            uint16_t v = hull->triangles[c / 3][c % 3];
-            for (uint32_t k = starts[v]; part->smooth && k < starts[v + 1]; k++) {
-                size_t other = corners[k] / 3;
-                if (other < part->first || other >= end || vec3_dot(face, faces[other]) < crease_cos) continue;
-                sum = vec3_mad(faces[other], corner_angle(hull, other, (int)(corners[k] % 3)), sum);
-            }
-            normals[c] = normalize_or(sum, face);
-        }
-    }
-    free(faces);
-    free(starts);
-    free(corners);
-    return STATUS_OK;
+    const vec3 a = hull_vertex(hull, v[0]);
+    const vec3 twice_area = vec3_cross(vec3_sub(hull_vertex(hull, v[1]), a), vec3_sub(hull_vertex(hull, v[2]), a));
+    const float length = vec3_length(twice_area);
+    return length > 0 ? vec3_scale(twice_area, 1 / length) : vec3_make(0, 0, 1);
 }

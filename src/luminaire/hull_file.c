@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "luminaire/hull_pack.h"
+
 static struct tensor make_tensor(const char *name, enum tensor_type type, size_t rows, size_t columns,
                                  const void *data) {
     return (struct tensor){
@@ -14,6 +16,8 @@ static struct tensor make_tensor(const char *name, enum tensor_type type, size_t
 void hull_describe(const struct hull *hull, struct hull_numbers *numbers, struct tensor *tensors) {
     memcpy(numbers->frame, hull->lower, sizeof hull->lower);
     memcpy(numbers->frame + 3, hull->step, sizeof hull->step);
+    numbers->counts[0] = (uint32_t)hull->vertex_count;
+    numbers->counts[1] = (uint32_t)hull->triangle_count;
     for (size_t i = 0; i < hull->part_count; i++) {
         const struct hull_part *part = &hull->parts[i];
         const float values[HULL_PART_NUMBERS] = {(float)part->kind, part->smooth ? 1.0f : 0.0f, (float)part->count,
@@ -24,8 +28,8 @@ void hull_describe(const struct hull *hull, struct hull_numbers *numbers, struct
     const struct tensor all[HULL_TENSORS] = {
         make_tensor("hull.frame", TENSOR_F32, 6, 0, numbers->frame),
         make_tensor("hull.parts", TENSOR_F32, hull->part_count, HULL_PART_NUMBERS, numbers->parts),
-        make_tensor("hull.vertices", TENSOR_U16, hull->vertex_count, 3, hull->vertices),
-        make_tensor("hull.triangles", TENSOR_U16, hull->triangle_count, 3, hull->triangles),
+        make_tensor("hull.counts", TENSOR_U32, 2, 0, numbers->counts),
+        make_tensor("hull.mesh", TENSOR_U8, hull->packed_bytes, 0, hull->packed),
     };
     memcpy(tensors, all, sizeof all);
 }
@@ -129,18 +133,19 @@ static enum status read_all(const struct safetensors *file, const struct proxy *
                             struct error *error) {
     const struct tensor *frame = find(file, "hull.frame", TENSOR_F32, 6, 0),
                         *parts = find(file, "hull.parts", TENSOR_F32, SIZE_MAX, HULL_PART_NUMBERS),
-                        *vertices = find(file, "hull.vertices", TENSOR_U16, SIZE_MAX, 3),
-                        *triangles = find(file, "hull.triangles", TENSOR_U16, SIZE_MAX, 3);
-    if (!frame || !parts || !vertices || !triangles || parts->shape[0] < 1 || parts->shape[0] > HULL_MAX_PARTS ||
-        vertices->shape[0] > HULL_MAX_VERTICES || triangles->shape[0] > HULL_MAX_TRIANGLES)
+                        *counts = find(file, "hull.counts", TENSOR_U32, 2, 0),
+                        *mesh = find(file, "hull.mesh", TENSOR_U8, SIZE_MAX, 0);
+    uint32_t count[2] = {0, 0};
+    if (counts) memcpy(count, counts->data, sizeof count);
+    if (!frame || !parts || !mesh || parts->shape[0] < 1 || parts->shape[0] > HULL_MAX_PARTS || !count[0] ||
+        count[0] > HULL_MAX_VERTICES || count[1] > HULL_MAX_TRIANGLES)
         return error_set(error, STATUS_INVALID, "a tensor of the hull is missing or of the wrong form");
-    enum status status = hull_allocate(hull, vertices->shape[0], triangles->shape[0], error);
-    if (status) return status;
+    enum status status = hull_allocate(hull, count[0], count[1], error);
     struct hull *h = *hull;
+    if (!status) status = hull_unpack(h, mesh->data, mesh->shape[0], error);
+    if (status) return status;
     memcpy(h->lower, frame->data, sizeof h->lower);
     memcpy(h->step, (const char *)frame->data + sizeof h->lower, sizeof h->step);
-    memcpy(h->vertices, vertices->data, h->vertex_count * sizeof *h->vertices);
-    memcpy(h->triangles, triangles->data, h->triangle_count * sizeof *h->triangles);
     if (!read_parts(parts, h)) return error_set(error, STATUS_INVALID, "a part of the hull is out of range");
     return hull_check(h, proxy->center, proxy->radius, error);
 }

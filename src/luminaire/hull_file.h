@@ -10,6 +10,7 @@ enum { HULL_TENSORS = 4, VIEW_TENSORS = 5, HULL_PART_NUMBERS = 7, VIEW_NUMBERS =
 
 struct hull_numbers { // what the tensors point to
     float frame[6], parts[HULL_MAX_PARTS][HULL_PART_NUMBERS];
+    uint32_t counts[2]; // vertices, triangles
 };
 
 // HULL_TENSORS and VIEW_TENSORS tensors, which point into `numbers`, the hull and the field.

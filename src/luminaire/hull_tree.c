@@ -12,11 +12,17 @@ static const float nudge = 1e-6f; // [extent of the hull]: a ray that left a sur
 struct facet {
     vec3 normal; // unit
     uint32_t part;
+    uint16_t corners[3];
+};
+
+struct corner {
+    vec3 p, n; // n: of smooth parts
 };
 
 struct hull_tree {
     struct mesh_tree *mesh;
     struct facet *facets;
+    struct corner *corners;
     struct hull_part parts[HULL_MAX_PARTS];
     float step; // [length]
 };
@@ -25,23 +31,21 @@ static enum status fill(struct hull_tree *tree, const struct hull *hull, struct 
     float(*vertices)[3] = malloc((hull->vertex_count + 1) * sizeof *vertices);
     uint32_t(*triangles)[3] = malloc((hull->triangle_count + 1) * sizeof *triangles);
     tree->facets = malloc((hull->triangle_count + 1) * sizeof *tree->facets);
+    tree->corners = malloc((hull->vertex_count + 1) * sizeof *tree->corners);
     enum status status;
-    if (!vertices || !triangles || !tree->facets)
+    if (!vertices || !triangles || !tree->facets || !tree->corners)
         status = error_set(error, STATUS_MEMORY, "out of memory for the tree of a hull");
     else {
         memcpy(tree->parts, hull->parts, sizeof tree->parts);
-        for (int a = 0; a < 3; a++) tree->step = fmaxf(tree->step, 65535 * hull->step[a] * nudge);
+        for (int a = 0; a < 3; a++) tree->step = fmaxf(tree->step, (float)HULL_MAX_CODE * hull->step[a] * nudge);
         for (size_t i = 0; i < hull->vertex_count; i++) {
-            const vec3 p = hull_vertex(hull, i);
-            memcpy(vertices[i], (float[3]){p.x, p.y, p.z}, sizeof vertices[i]);
+            tree->corners[i] = (struct corner){hull_vertex(hull, i), hull_normal(hull, i)};
+            vec3_store(vertices[i], tree->corners[i].p);
         }
         for (size_t k = 0; k < hull->part_count; k++)
             for (size_t i = hull->parts[k].first; i < hull->parts[k].first + hull->parts[k].count; i++) {
-                for (int c = 0; c < 3; c++) triangles[i][c] = hull->triangles[i][c];
-                const vec3 p = hull_vertex(hull, triangles[i][0]);
-                const vec3 e1 = vec3_sub(hull_vertex(hull, triangles[i][1]), p);
-                const vec3 e2 = vec3_sub(hull_vertex(hull, triangles[i][2]), p);
-                tree->facets[i] = (struct facet){vec3_normalize(vec3_cross(e1, e2)), (uint32_t)k};
+                tree->facets[i] = (struct facet){.normal = hull_face_normal(hull, i), .part = (uint32_t)k};
+                for (int c = 0; c < 3; c++) triangles[i][c] = tree->facets[i].corners[c] = hull->triangles[i][c];
             }
         status = mesh_tree_create(&tree->mesh, (const float(*)[3])vertices, (const uint32_t(*)[3])triangles,
                                   hull->triangle_count, error);
@@ -66,6 +70,7 @@ void hull_tree_destroy(struct hull_tree *tree) {
     if (!tree) return;
     mesh_tree_destroy(tree->mesh);
     free(tree->facets);
+    free(tree->corners);
     free(tree);
 }
 
@@ -80,6 +85,22 @@ static float refract(vec3 direction, vec3 normal, float eta, vec3 *refracted) {
     float p = (eta * cos_in - cos_out) / (eta * cos_in + cos_out);
     *refracted = vec3_normalize(vec3_mad(normal, cos_in / eta - cos_out, vec3_scale(direction, 1 / eta)));
     return 1 - 0.5f * (s * s + p * p);
+}
+
+// Unit, on the side that the light comes from. On smooth parts interpolated, as the lamp's own surface has it, but
+// where that would be seen from behind.
+static vec3 normal_at(const struct hull_tree *tree, const struct facet *facet, vec3 p, vec3 direction, bool inside) {
+    const vec3 outside = inside ? vec3_neg(facet->normal) : facet->normal;
+    if (!tree->parts[facet->part].smooth) return outside;
+    const struct corner *a = &tree->corners[facet->corners[0]], *b = &tree->corners[facet->corners[1]],
+                        *c = &tree->corners[facet->corners[2]];
+    const vec3 ab = vec3_sub(b->p, a->p), ac = vec3_sub(c->p, a->p), ap = vec3_sub(p, a->p);
+    const vec3 area = vec3_cross(ab, ac);
+    const float inverse = 1 / vec3_dot(area, area), u = vec3_dot(vec3_cross(ap, ac), area) * inverse,
+                v = vec3_dot(vec3_cross(ab, ap), area) * inverse;
+    vec3 n = vec3_mad(a->n, 1 - u - v, vec3_mad(b->n, u, vec3_scale(c->n, v)));
+    n = vec3_scale(n, (inside ? -1 : 1) / sqrtf(vec3_dot(n, n)));
+    return vec3_dot(n, direction) < 0 ? n : outside; // NaN: outside
 }
 
 struct layers {
@@ -111,14 +132,13 @@ void hull_tree_cross(const struct hull_tree *tree, vec3 origin, vec3 direction, 
             return;
         }
         const struct hull_part *part = &tree->parts[tree->facets[triangle].part];
-        vec3 normal = tree->facets[triangle].normal;
-        bool inside = vec3_dot(normal, direction) > 0;
-        if (inside) normal = vec3_neg(normal);
+        const bool inside = vec3_dot(tree->facets[triangle].normal, direction) > 0;
         origin = vec3_mad(direction, t, origin);
         if (part->kind == HULL_OPAQUE) {
             block(crossing);
             return;
         }
+        const vec3 normal = normal_at(tree, &tree->facets[triangle], origin, direction, inside);
         if (part->kind == HULL_TRANSLUCENT) {
             crossing->answer = HULL_DIFFUSED;
             vec3_store(crossing->point, origin);

@@ -155,6 +155,8 @@ enum status light_field_finish(struct light_field *field, struct error *error) {
     return field_net_finish(&field->net, error);
 }
 
+size_t light_field_bytes(const struct light_field *field) { return field_net_bytes(&field->net); }
+
 void light_field_set_scale(struct light_field *field, const float scale[3]) {
     for (int c = 0; c < 3; c++) field->scale[c] = scale[c];
 }

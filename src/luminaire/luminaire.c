@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "luminaire/hull_pack.h"
 #include "luminaire/luminaire_private.h"
 
 enum status luminaire_set_metadata(struct luminaire *luminaire, const char *const *keys, const char *const *values,
@@ -155,6 +156,7 @@ enum status luminaire_set_view(struct luminaire *luminaire, struct hull *hull, s
     luminaire->hull = hull;
     luminaire->emissions[0].view = view;
     enum status status = hull_check(hull, luminaire->shape.proxy.center, luminaire->shape.proxy.radius, error);
+    if (!status && !hull->packed) status = hull_pack(hull, error);
     if (!status) status = view_field_finish(view, error);
     luminaire->bytes = luminaire_measure(luminaire);
     return status;

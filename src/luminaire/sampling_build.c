@@ -10,6 +10,7 @@
 #include "math/sampler.h"
 #include "math/warp.h"
 
+enum { FEW_DIRECTIONS = 8, MOST_DIRECTIONS = 16 };
 enum { PROFILE_BINS = 96, BLOCK = 4096, BATCH = 64 * BLOCK };
 enum { FEW_EXITS = 100000, MANY_EXITS = 4000000 }; // of many, each at one distance; of fewer, at two
 static const float profile_first = 5e-4f, profile_last = 0.15f; // perpendicular distances, in radii
@@ -94,6 +95,11 @@ static size_t lines_from_exits(const struct line_exit *exits, size_t count, stru
     return kept;
 }
 
+size_t sampling_density_bytes(size_t anchor_count) {
+    const struct sampling_density largest = {.directions = MOST_DIRECTIONS};
+    return sampling_cell_count(&largest) * (MAP_BYTES + 1) + anchor_count * (3 + INTENSITY_CELLS) * sizeof(float);
+}
+
 enum status sampling_density_build(struct sampling_density **density, const struct proxy *proxy,
                                    const float (*anchors)[3], size_t anchor_count, const struct line_exit *exits,
                                    size_t exit_count, uint64_t seed, int threads, struct error *error) {
@@ -102,7 +108,7 @@ enum status sampling_density_build(struct sampling_density **density, const stru
         return error_set(error, STATUS_INVALID, "%zu anchors; at most %d are possible", anchor_count,
                          SAMPLING_MAX_ANCHORS);
     if (!(proxy->radius > 0)) return error_set(error, STATUS_INVALID, "the proxy's radius must be positive");
-    const int directions = exit_count < FEW_EXITS ? 8 : 16;
+    const int directions = exit_count < FEW_EXITS ? FEW_DIRECTIONS : MOST_DIRECTIONS;
     struct sampling_density *d;
     struct sampling_sums sums;
     enum status status = sampling_allocate(&d, proxy, directions, (int)anchor_count, error);

@@ -62,6 +62,8 @@ enum status transparency_set_hull(struct transparency *t, const struct hull *hul
     return hull_tree_create(&t->tree, hull, error);
 }
 
+size_t transparency_bytes(const struct transparency *t) { return field_net_bytes(&t->net); }
+
 void transparency_destroy(struct transparency *t) {
     if (!t) return;
     field_net_fini(&t->net);

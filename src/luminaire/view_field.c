@@ -149,6 +149,17 @@ enum status view_field_finish(struct view_field *field, struct error *error) {
     return STATUS_OK;
 }
 
+size_t view_field_bytes(int log2_entries, size_t anchor_count) {
+    const struct view_field_options options = {.radius = 1,
+                                               .part_count = 1,
+                                               .log2_entries = log2_entries,
+                                               .radiance_unit = 1,
+                                               .anchor_count = (int)anchor_count};
+    struct view_field field;
+    if (set_up(&field, &options, NULL)) return 0;
+    return mlp_layout(&field.shape).count * sizeof *field.mlp + 2 * (size_t)field.layout.entry_count;
+}
+
 static void store_octahedral(float (*set)[NET_LANES], int l, vec3 w) { // to [0,1]^2
     float scale = 1 / (fabsf(w.x) + fabsf(w.y) + fabsf(w.z) + 1e-20f), x = w.x * scale, y = w.y * scale;
     float folded_x = (1 - fabsf(y)) * (x < 0 ? -1.0f : 1.0f), folded_y = (1 - fabsf(x)) * (y < 0 ? -1.0f : 1.0f);

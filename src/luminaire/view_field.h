@@ -47,6 +47,7 @@ enum status view_field_restore(struct view_field **field, const struct view_fiel
                                size_t mlp_count, const int8_t *codes, size_t code_count, const float *table_scale,
                                size_t level_count, struct error *error);
 void view_field_destroy(struct view_field *field);
+size_t view_field_bytes(int log2_entries, size_t anchor_count); // of the MLP and the tables in a file
 void view_field_plan(struct view_field *field, size_t steps); // as light_field_plan
 // One optimiser step on n samples. Deterministic for any `threads`.
 void view_field_train(struct view_field *field, const struct view_sample *samples, size_t n, int threads, double *loss);

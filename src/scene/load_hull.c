@@ -27,7 +27,7 @@ static enum status load_glass(struct loader *loader, const struct hull_part *par
 }
 
 static enum status load_part(struct loader *loader, const struct luminaire_instance *instance, int index,
-                             const struct hull_part *part, const vec3 *normals) {
+                             const struct hull_part *part) {
     const struct hull *hull = luminaire_hull(instance->luminaire);
     size_t corners = 3 * (size_t)part->count, first = 3 * (size_t)part->first;
     struct shape *shape = load_alloc(loader, sizeof *shape);
@@ -38,7 +38,8 @@ static enum status load_part(struct loader *loader, const struct luminaire_insta
     for (size_t c = 0; c < corners; c++) {
         size_t from = first + c;
         positions[c] = transform_point(&instance->to_world, hull_vertex(hull, hull->triangles[from / 3][from % 3]));
-        turned[c] = vec3_normalize(transform_vector(&instance->to_world, normals[from]));
+        const vec3 normal = hull_normal(hull, hull->triangles[from / 3][from % 3]);
+        turned[c] = vec3_normalize(transform_vector(&instance->to_world, normal));
         indices[c] = (uint32_t)c;
     }
     *shape = (struct shape){.type = &hull_shape,
@@ -65,11 +66,9 @@ static enum status load_part(struct loader *loader, const struct luminaire_insta
 
 enum status load_hull(struct loader *loader, const struct luminaire_instance *instance, int index) {
     const struct hull *hull = luminaire_hull(instance->luminaire);
-    vec3 *normals = load_alloc(loader, 3 * hull->triangle_count * sizeof *normals);
-    if (!normals) return STATUS_MEMORY;
-    enum status status = hull_corner_normals(hull, normals, loader->error);
+    enum status status = STATUS_OK;
     for (size_t i = 0; i < hull->part_count && !status; i++)
-        status = load_part(loader, instance, index, &hull->parts[i], normals);
+        status = load_part(loader, instance, index, &hull->parts[i]);
     return status;
 }
 

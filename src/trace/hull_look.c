@@ -1,5 +1,7 @@
 #include "trace/hull_look.h"
 
+#include "trace/line_radiance.h"
+
 enum { MAX_PASSES = 64 };
 
 bool hull_look(const struct scene *scene, const struct ray *ray, int luminaire, enum hull_kind *kind) {
@@ -36,25 +38,52 @@ bool hull_dims(const struct scene *scene, const struct ray *to_camera, int lumin
     return hull_look(scene, &look, luminaire, &kind) && kind == HULL_TRANSLUCENT;
 }
 
-bool hull_trace(const struct scene *scene, const struct hull *hull, const struct ray *look, struct sampler *sampler,
-                struct view_point *at) {
-    struct ray ray = *look;
-    for (int i = 0; i < MAX_PASSES; i++) {
-        struct surface surface;
-        struct bsdf_sample sample;
-        vec3 wi = vec3_neg(ray.direction);
-        if (!scene_intersect_hulls(scene, &ray, -1, &surface)) return false;
-        if (surface.shape->hull->kind != HULL_GLASS) {
-            at->part = (uint32_t)(surface.shape->hull - hull->parts);
-            vec3_store(at->point, surface.p);
-            vec3_store(at->normal, surface.shading.n);
-            vec3_store(at->w, wi);
-            return true;
+struct hull_way {
+    struct ray ray;
+    float weight;
+    int splits, passes;
+};
+
+// The way's next surface that is no glass. Where glass is split the other way is left in *branch.
+static bool follow(const struct scene *scene, struct hull_way *way, struct sampler *sampler, struct surface *surface,
+                   struct hull_way *branches, size_t *branch_count) {
+    for (; way->passes < MAX_PASSES; way->passes++) {
+        if (!scene_intersect_hulls(scene, &way->ray, -1, surface)) return false;
+        if (surface->shape->hull->kind != HULL_GLASS) return true;
+        const vec3 wi = vec3_neg(way->ray.direction);
+        struct bsdf_sample sample, reflected;
+        if (way->splits > 0 && surface_split(surface, wi, &reflected, &sample)) {
+            way->splits--;
+            branches[*branch_count] = *way;
+            branches[*branch_count].weight *= reflected.pdf;
+            branches[(*branch_count)++].ray = surface_spawn_ray(surface, reflected.wo);
+            way->weight *= sample.pdf;
+        } else {
+            vec2 u = sampler_2d(sampler);
+            if (!surface_sample_bsdf(surface, wi, (vec3){u.x, u.y, sampler_1d(sampler)}, TRANSPORT_RADIANCE, &sample))
+                return false;
         }
-        vec2 u = sampler_2d(sampler);
-        if (!surface_sample_bsdf(&surface, wi, (vec3){u.x, u.y, sampler_1d(sampler)}, TRANSPORT_RADIANCE, &sample))
-            return false;
-        ray = surface_spawn_ray(&surface, sample.wo);
+        way->ray = surface_spawn_ray(surface, sample.wo);
     }
     return false;
+}
+
+// Glass neither tints nor, in the radiance that comes out of the lamp again, concentrates: weights are Fresnel's
+// shares.
+size_t hull_trace(const struct scene *scene, const struct hull *hull, const struct ray *ray, struct sampler *sampler,
+                  int splits, struct hull_glimpse *seen) {
+    struct hull_way ways[HULL_MAX_SPLITS + 1] = {{*ray, 1, splits, 0}};
+    size_t count = 0, left = 1;
+    while (left) {
+        struct hull_way way = ways[--left];
+        struct surface surface;
+        if (!follow(scene, &way, sampler, &surface, ways, &left)) continue;
+        struct hull_glimpse *glimpse = &seen[count++];
+        glimpse->weight = way.weight;
+        glimpse->at.part = (uint32_t)(surface.shape->hull - hull->parts);
+        vec3_store(glimpse->at.point, surface.p);
+        vec3_store(glimpse->at.normal, surface.shading.n);
+        vec3_store(glimpse->at.w, vec3_neg(way.ray.direction));
+    }
+    return count;
 }

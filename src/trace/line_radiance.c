@@ -9,6 +9,7 @@
 
 static const int roulette_depth = 6;
 enum { DIMENSIONS_PER_EDGE = 8, AIMED_DIMENSIONS = 1 << 20, DIMENSIONS_PER_AIMED = 1 << 10 };
+enum { SPLIT_DIMENSIONS = 1 << 22 }; // shifted by how many splits are left: no two of a line's paths have the same
 
 // Cosine of the cone's half angle; -1 (every direction) from inside the sphere.
 static float aim_cos_max(const struct aim *aim, vec3 p, vec3 *axis) {
@@ -104,11 +105,13 @@ struct line_path {
     float eta, travelled;
     float share; // of what it reaches by deltas only: the rest is its aimed twin's
     bool aimed; // is such a twin
+    int splits; // that are left
+    float split_share; // of the light that is not left to chance, in beta
 };
 
 static bool survives(struct line_path *path, float u) {
     if (path->depth < roulette_depth) return true;
-    float survival = fminf(rgb_max(path->walk.beta) * path->eta * path->eta, 0.95f);
+    float survival = fminf(rgb_max(path->walk.beta) * path->eta * path->eta / path->split_share, 0.95f);
     if (u >= survival) return false;
     path->walk.beta = rgb_scale(path->walk.beta, 1 / survival);
     return true;
@@ -136,6 +139,26 @@ static bool aim_twin(struct line_path *twin, const struct line_path *path, vec3 
     return !rgb_is_black(twin->walk.beta);
 }
 
+bool surface_split(const struct surface *surface, vec3 wi, struct bsdf_sample *reflected,
+                   struct bsdf_sample *refracted) {
+    static const vec3 reflects = {0.5f, 0.5f, 0}, refracts = {0.5f, 0.5f, 0.99999994f};
+    return surface_bsdf_flags(surface) == (BSDF_DELTA | BSDF_TRANSMISSION) &&
+           surface_sample_bsdf(surface, wi, reflects, TRANSPORT_RADIANCE, reflected) &&
+           surface_sample_bsdf(surface, wi, refracts, TRANSPORT_RADIANCE, refracted) && reflected->eta == 1 &&
+           refracted->eta != 1 && reflected->delta && refracted->delta;
+}
+
+static void take_way(struct line_path *path, const struct bsdf_sample *way) {
+    path->walk.from = path->walk.surface;
+    path->walk.has_from = true;
+    path->walk.beta = rgb_mul(path->walk.beta, rgb_scale(way->weight, way->pdf));
+    path->split_share *= way->pdf;
+    path->eta *= way->eta;
+    path->depth++;
+    path->splits--;
+    path->walk.ray = surface_spawn_ray(&path->walk.from, way->wo);
+}
+
 static void path_follow(struct line_path *path, const struct aim *aims, size_t aim_count, int max_depth,
                         struct line_hit *out) {
     struct line_walk *walk = &path->walk;
@@ -155,7 +178,15 @@ static void path_follow(struct line_path *path, const struct aim *aims, size_t a
             out->hit = true;
             out->distance = path->travelled;
         }
-        if (fork.passes) {
+        struct bsdf_sample reflected, refracted;
+        if (path->splits > 0 && surface_split(&walk->surface, wi, &reflected, &refracted)) {
+            struct line_path twin = *path;
+            twin.first_dimension += SPLIT_DIMENSIONS << path->splits;
+            take_way(&twin, &reflected);
+            if ((max_depth < 0 || twin.depth < max_depth) && survives(&twin, u_roulette) && walk_advance(&twin.walk))
+                path_follow(&twin, aims, aim_count, max_depth, out);
+            take_way(path, &refracted);
+        } else if (fork.passes) {
             walk->beta = rgb_mul(walk->beta, fork.weight);
             walk->from = walk->surface;
             walk->ray = surface_spawn_ray(&walk->from, walk->ray.direction);
@@ -185,21 +216,37 @@ static void path_follow(struct line_path *path, const struct aim *aims, size_t a
     }
 }
 
+static void walk_radiance(const struct line_walk *begun, struct sampler *sampler, const struct aim *aims,
+                          size_t aim_count, int max_depth, int splits, struct line_hit *out) {
+    *out = (struct line_hit){.distance = begun->ray.t_max};
+    struct line_path path = {.walk = *begun,
+                             .sampler = *sampler,
+                             .first_dimension = sampler->dimension,
+                             .eta = 1,
+                             .share = 1,
+                             .splits = splits,
+                             .split_share = 1};
+    path_follow(&path, aims, aim_count, max_depth, out);
+}
+
 void line_walk_radiance(const struct line_walk *begun, struct sampler *sampler, const struct aim *aims,
                         size_t aim_count, int max_depth, struct line_hit *out) {
-    *out = (struct line_hit){.distance = begun->ray.t_max};
-    struct line_path path = {
-        .walk = *begun, .sampler = *sampler, .first_dimension = sampler->dimension, .eta = 1, .share = 1};
-    path_follow(&path, aims, aim_count, max_depth, out);
+    walk_radiance(begun, sampler, aims, aim_count, max_depth, 0, out);
+}
+
+void trace_line_radiance_split(const struct scene *scene, const struct ray *ray, struct sampler *sampler,
+                               const struct aim *aims, size_t aim_count, int max_depth, int splits,
+                               struct line_hit *out) {
+    struct line_walk walk;
+    if (line_walk_begin(&walk, scene, -1, ray, NULL))
+        walk_radiance(&walk, sampler, aims, aim_count, max_depth, splits, out);
+    else
+        *out = (struct line_hit){.distance = ray->t_max};
 }
 
 void trace_line_radiance(const struct scene *scene, const struct ray *ray, struct sampler *sampler,
                          const struct aim *aims, size_t aim_count, int max_depth, struct line_hit *out) {
-    struct line_walk walk;
-    if (line_walk_begin(&walk, scene, -1, ray, NULL))
-        line_walk_radiance(&walk, sampler, aims, aim_count, max_depth, out);
-    else
-        *out = (struct line_hit){.distance = ray->t_max};
+    trace_line_radiance_split(scene, ray, sampler, aims, aim_count, max_depth, 0, out);
 }
 
 rgb trace_line_transmittance(const struct scene *scene, const struct ray *straight, struct sampler *sampler,

@@ -47,6 +47,19 @@ void line_walk_radiance(const struct line_walk *walk, struct sampler *sampler, c
 void trace_line_radiance(const struct scene *scene, const struct ray *ray, struct sampler *sampler,
                          const struct aim *aims, size_t aim_count, int max_depth, struct line_hit *out);
 
+// The same, but of the first `splits` surfaces of clear glass that a path meets, at most LINE_MAX_SPLITS, both what
+// they reflect and what they refract are followed: up to 2^splits paths, of much less noise where glass shows small
+// lights.
+enum { LINE_MAX_SPLITS = 8 };
+void trace_line_radiance_split(const struct scene *scene, const struct ray *ray, struct sampler *sampler,
+                               const struct aim *aims, size_t aim_count, int max_depth, int splits,
+                               struct line_hit *out);
+
+// What a surface of clear glass reflects and refracts along wi, each with its share of the light in weight * pdf.
+// False: it is something else, or reflects everything.
+bool surface_split(const struct surface *surface, vec3 wi, struct bsdf_sample *reflected,
+                   struct bsdf_sample *refracted);
+
 // A stochastic estimate of the transparency: the throughput of a path that crosses the lamp by transmission only and
 // leaves within cos >= cos_limit of ray->direction; 0 where it is reflected, absorbed or turned further; 1 where
 // nothing is hit. With a cos_limit that is not positive reflections count as well: -1 is all the light that leaves.

@@ -72,7 +72,8 @@ static bool stop(void *user) {
 }
 
 static const struct bake_plan small = {
-    100000, 1, 4, 8, 400000, 12, false, {200000, 262144, 16, 64, 0, 0}, {.chunks = 0}, false, LIGHT_LOSS_LIKELIHOOD};
+    100000, 1, 4, 8, 400000, 12, false, {200000, 262144, 16, 64, 0, 0}, {.chunks = 0}, false, LIGHT_LOSS_LIKELIHOOD,
+    0,      0};
 
 static enum status bake(const char *lamp, const char *output, int threads, int stop_after, bool resume,
                         struct bake_report *report, struct listener *listener, struct error *error) {
@@ -185,7 +186,9 @@ static void errors_say_what_to_do(void **state) {
 static void silhouettes_are_exact(void **state) {
     (void)state;
     struct bake_plan plan = small;
-    plan.view = (struct view_plan){.chunks = 1, .triangles = 4000, .log2_entries = 10};
+    plan.view = (struct view_plan){.chunks = 1, .log2_entries = 10};
+    plan.file_bytes = 400000;
+    plan.hull_triangles = 4000;
     char body[1000];
     snprintf(body, sizeof body, "%s%s", bulb, block);
     const char *path = in_folder("hull.safetensors"), *lamp = write_lamp("hull.xml", body);
@@ -229,9 +232,47 @@ static void silhouettes_are_exact(void **state) {
     luminaire_destroy(luminaire);
 }
 
+// A hundred balls of 528 triangles each: all of them where the file has room, fewer where it has not.
+static void a_hull_leaves_room_for_the_rest(void **state) {
+    (void)state;
+    enum { BALLS = 100 };
+    struct bake_plan plan = small;
+    plan.light_chunks = plan.trial_chunks = plan.transparency_chunks = 1;
+    plan.log2_entries = 10;
+    plan.view = (struct view_plan){.chunks = 1, .log2_entries = 10};
+    plan.hull_triangles = 100000;
+    static char body[BALLS * 200];
+    size_t used = (size_t)snprintf(body, sizeof body, "%s", bulb);
+    for (int i = 0; i < BALLS; i++)
+        used += (size_t)snprintf(body + used, sizeof body - used,
+                                 "<shape type=\"sphere\"><point name=\"center\" x=\"%d\" y=\"%d\" z=\"2\"/>"
+                                 "<float name=\"radius\" value=\"%g\"/><bsdf type=\"diffuse\"/></shape>",
+                                 i % 10, i / 10, 0.3 + 0.001 * i);
+    const char *lamp = write_lamp("full.xml", body);
+    size_t bytes[2], triangles[2];
+    for (int i = 0; i < 2; i++) {
+        const char *path = in_folder(i ? "tight.safetensors" : "roomy.safetensors");
+        plan.file_bytes = i ? bytes[0] - 40000 : 2000000;
+        struct bake_options options = {.lamp_path = lamp, .output_path = path, .quality = BAKE_DRAFT};
+        struct run run = {.threads = 2, .seed = 1};
+        struct bake_report report;
+        struct luminaire *luminaire;
+        struct error error;
+        assert_int_equal(bake_lamp_plan(&options, &plan, &run, &report, &error), STATUS_OK);
+        assert_int_equal(luminaire_load(&luminaire, path, &error), STATUS_OK);
+        bytes[i] = report.bytes;
+        triangles[i] = luminaire_hull(luminaire)->triangle_count;
+        printf("%zu bytes of at most %zu, hull of %zu triangles\n", bytes[i], plan.file_bytes, triangles[i]);
+        assert_true(bytes[i] <= plan.file_bytes);
+        luminaire_destroy(luminaire);
+    }
+    assert_true(triangles[0] > 40000 && triangles[1] < triangles[0] && triangles[1] > triangles[0] / 8);
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bare_sphere_is_exact), cmocka_unit_test(same_file_for_threads_and_resume),
-        cmocka_unit_test(errors_say_what_to_do), cmocka_unit_test(silhouettes_are_exact)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(bare_sphere_is_exact),
+                                       cmocka_unit_test(same_file_for_threads_and_resume),
+                                       cmocka_unit_test(errors_say_what_to_do), cmocka_unit_test(silhouettes_are_exact),
+                                       cmocka_unit_test(a_hull_leaves_room_for_the_rest)};
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

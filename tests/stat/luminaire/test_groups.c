@@ -91,9 +91,9 @@ static struct hull *make_hull(void) { // one triangle
     assert_int_equal(hull_allocate(&hull, 3, 1, &error), STATUS_OK);
     for (int a = 0; a < 3; a++) {
         hull->lower[a] = lamp.proxy.center[a];
-        hull->step[a] = 1e-6f;
+        hull->step[a] = 1e-8f;
         hull->triangles[0][a] = (uint16_t)a;
-        for (int v = 0; v < 3; v++) hull->vertices[v][a] = v == a ? 60000 : 0;
+        for (int v = 0; v < 3; v++) hull->vertices[v][a] = v == a ? 6000000 : 0;
     }
     hull->part_count = 1;
     hull->parts[0] = (struct hull_part){.kind = HULL_OPAQUE, .count = 1, .eta = 1};

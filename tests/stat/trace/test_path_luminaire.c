@@ -86,11 +86,9 @@ void luminaire_transmittance(const struct luminaire *luminaire, size_t n, const 
 enum { ROWS = 96, COLUMNS = 192 };
 static struct hull *the_hull;
 
-static void hull_add_vertex(double x, double y, double z) {
-    const double p[3] = {x, y, z};
-    for (int a = 0; a < 3; a++)
-        the_hull->vertices[the_hull->vertex_count][a] = (uint16_t)lrint((p[a] + 1) / (double)the_hull->step[a]);
-    the_hull->vertex_count++;
+static void hull_add_vertex(double x, double y, double z, vec3 normal) {
+    hull_set_vertex(the_hull, the_hull->vertex_count, (vec3){(float)x, (float)y, (float)z});
+    hull_set_normal(the_hull, the_hull->vertex_count++, normal);
 }
 
 static void hull_add_triangle(size_t a, size_t b, size_t c) {
@@ -103,15 +101,16 @@ static int make_hull(void **state) {
     struct error error;
     if (hull_allocate(&the_hull, 2 * (ROWS + 1) * COLUMNS + 4, 4 * ROWS * COLUMNS + 2, &error)) return -1;
     the_hull->vertex_count = the_hull->triangle_count = 0;
-    for (int a = 0; a < 3; a++) the_hull->lower[a] = -1, the_hull->step[a] = 2.0f / 65535;
+    for (int a = 0; a < 3; a++) the_hull->lower[a] = -1, the_hull->step[a] = 2.0f / HULL_MAX_CODE;
     for (int side = -1; side <= 1; side += 2) {
         size_t first = the_hull->vertex_count;
         double radius = (double)sphere_radius * 1.0002; // of equal cross-section
         for (int i = 0; i <= ROWS; i++)
             for (int j = 0; j < COLUMNS; j++) {
                 double theta = M_PI * i / ROWS, phi = 2 * M_PI * j / COLUMNS;
-                hull_add_vertex(radius * sin(theta) * cos(phi), radius * sin(theta) * sin(phi),
-                                radius * cos(theta) + side * (double)sphere_z);
+                double x = sin(theta) * cos(phi), y = sin(theta) * sin(phi), z = cos(theta);
+                hull_add_vertex(radius * x, radius * y, radius * z + side * (double)sphere_z,
+                                (vec3){(float)x, (float)y, (float)z});
             }
         for (size_t i = 0; i < ROWS; i++)
             for (size_t j = 0; j < COLUMNS; j++) {
@@ -122,7 +121,8 @@ static int make_hull(void **state) {
     }
     size_t spheres = the_hull->triangle_count, corner = the_hull->vertex_count;
     for (int i = 0; i < 4; i++)
-        hull_add_vertex((i & 1 ? 1 : -1) * (double)plate_half, (i & 2 ? 1 : -1) * (double)plate_half, 0);
+        hull_add_vertex((i & 1 ? 1 : -1) * (double)plate_half, (i & 2 ? 1 : -1) * (double)plate_half, 0,
+                        (vec3){0, 0, 1});
     hull_add_triangle(corner, corner + 1, corner + 3);
     hull_add_triangle(corner, corner + 3, corner + 2);
     the_hull->parts[0] = (struct hull_part){.kind = HULL_OPAQUE, .smooth = true, .count = (uint32_t)spheres};

@@ -90,6 +90,39 @@ static void test_white_walls(void **unused) {
     scene_fini(&scene);
 }
 
+// A glowing plate behind a slab of glass: (1 - F) / (1 + F) of it over all reflections within. With both ways of the
+// first surfaces followed the mean is the same, and what is left to chance is small.
+static void test_split_glass(void **unused) {
+    (void)unused;
+    struct scene scene;
+    load(&scene,
+         "<shape type='cube'><transform name='to_world'><scale x='50' y='50' z='0.1'/></transform>"
+         "<bsdf type='dielectric'><float name='int_ior' value='1.5'/><float name='ext_ior' value='1'/></bsdf></shape>"
+         "<shape type='rectangle'><transform name='to_world'><scale value='60'/><translate z='-2'/></transform>"
+         "<bsdf type='diffuse'><rgb name='reflectance' value='0'/></bsdf>"
+         "<emitter type='area'><rgb name='radiance' value='2'/></emitter></shape>");
+    const double in = 1.2, out = asin(sin(in) / 1.5), rs = sin(in - out) / sin(in + out),
+                 rp = tan(in - out) / tan(in + out), f = 0.5 * (rs * rs + rp * rp);
+    const double expected = 2 * (1 - f) / (1 + f);
+    struct ray ray = {{0, 0, 1}, {(float)sin(in), 0, (float)-cos(in)}, 0, INFINITY};
+    enum { N = 20000 };
+    double variance[2];
+    for (int split = 0; split < 2; split++) {
+        double sum = 0, square = 0;
+        for (int i = 0; i < N; i++) {
+            struct sampler sampler = sampler_make(5, 3, i);
+            struct line_hit hit;
+            trace_line_radiance_split(&scene, &ray, &sampler, NULL, 0, -1, split ? 4 : 0, &hit);
+            sum += hit.radiance.g / N;
+            square += hit.radiance.g * hit.radiance.g / N;
+        }
+        variance[split] = square - sum * sum;
+        assert_float_equal(sum, expected, 4 * sqrt(variance[split] / N) + 1e-4);
+    }
+    assert_true(variance[1] < 0.01 * variance[0]);
+    scene_fini(&scene);
+}
+
 static void test_emitter_and_miss(void **unused) {
     (void)unused;
     struct scene scene;
@@ -145,6 +178,7 @@ static void test_transmittance(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_radiance), cmocka_unit_test(test_white_walls),
-                                       cmocka_unit_test(test_emitter_and_miss), cmocka_unit_test(test_transmittance)};
+                                       cmocka_unit_test(test_split_glass), cmocka_unit_test(test_emitter_and_miss),
+                                       cmocka_unit_test(test_transmittance)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
