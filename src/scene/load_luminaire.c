@@ -23,9 +23,9 @@ const struct param luminaire_params[] = {
      .help = "places the lamp; of a baked one only rotation, uniform scale and translation"},
     {"keep", PARAM_CHOICE, offsetof(struct luminaire_shape, keep), "none", .choices = "none|opaque|all",
      .help = "geometry that stays beside the baked light field"},
-    {"appearance", PARAM_CHOICE, offsetof(struct luminaire_shape, appearance), "neural",
-     .choices = "neural|surface|geometry",
-     .help = "what the camera sees: the light field, the hull in the baked file, or the lamp's geometry"},
+    {"appearance", PARAM_CHOICE, offsetof(struct luminaire_shape, appearance), "auto",
+     .choices = "neural|surface|geometry|auto",
+     .help = "what the camera sees: light field, hull in the baked file, lamp's geometry; auto: the hull if it can be"},
     {"dim", PARAM_RGB, offsetof(struct luminaire_shape, dim), "1", 0, 1e9, "1", .help = "multiplies the lamp's light"},
     {"groups", PARAM_STRING, offsetof(struct luminaire_shape, groups), "",
      .help = "groups of emitters, by factor, colours, colour temperature or flux: \"bulb=0.3; spot=800lm 2700K\""},
@@ -120,6 +120,13 @@ static void dim_emitters(struct scene *scene, size_t first, rgb dim) {
         scene->emitters[i]->factor = rgb_mul(scene->emitters[i]->factor, dim);
 }
 
+static enum appearance choose_appearance(const struct luminaire_shape *shape, const struct luminaire *luminaire,
+                                         bool unbiased) {
+    if (unbiased) return APPEARANCE_NEURAL;
+    if (shape->appearance <= APPEARANCE_GEOMETRY) return (enum appearance)shape->appearance;
+    return shape->keep == KEEP_NONE && luminaire_hull(luminaire) ? APPEARANCE_SURFACE : APPEARANCE_NEURAL;
+}
+
 static enum status load_baked(struct loader *loader, const struct object *object, const struct luminaire_shape *shape,
                               const char *path, struct placement placement) {
     struct scene *scene = loader->scene;
@@ -138,7 +145,7 @@ static enum status load_baked(struct loader *loader, const struct object *object
     if (status) return status;
     bool unbiased = loader->options->unbiased;
     enum keep_geometry keep = unbiased ? KEEP_ALL : (enum keep_geometry)shape->keep;
-    enum appearance appearance = unbiased ? APPEARANCE_NEURAL : (enum appearance)shape->appearance;
+    enum appearance appearance = choose_appearance(shape, luminaire, unbiased);
     instances[count] = (struct luminaire_instance){.luminaire = luminaire,
                                                    .file = luminaire,
                                                    .to_world = placement.to_world,

@@ -118,11 +118,20 @@ class Bake(unittest.TestCase):
         message = self.sconce("render", "room.xml", "-Dlamp=lamp.safetensors", "-Dappearance=surface", "-Dkeep=all", "-i", "path", "-o", "x.exr", code=1).stderr
         self.assertIn("keep none", message)
 
+    def test_appearance_auto_is_the_crispest_that_is_possible(self):
+        def render(appearance, *rest):
+            self.sconce("render", "room.xml", "-Dlamp=lamp.safetensors", f"-Dappearance={appearance}", "-i", "path", "-o", "a.exr", "-q", "--spp", 4, *rest)
+            return (self.path / "a.exr").read_bytes()
+        self.assertEqual(render("auto"), render("surface"))
+        self.assertNotEqual(render("auto"), render("neural"))
+        self.assertEqual(render("auto", "-Dkeep=all"), render("neural", "-Dkeep=all"))
+
     def test_a_bake_without_a_hull(self):
         self.sconce("bake", "lamp.xml", "-o", "black_box.safetensors", "--seconds", 5, "--view", "none", "-q")
         self.assertNotIn("hull", json.loads(self.sconce("info", "black_box.safetensors").stdout))
         message = self.sconce("render", "room.xml", "-Dlamp=black_box.safetensors", "-Dappearance=surface", "-i", "path", "-o", "x.exr", code=1).stderr
         self.assertIn("--view hull", message)
+        self.sconce("render", "room.xml", "-Dlamp=black_box.safetensors", "-Dappearance=auto", "-i", "path", "-o", "x.exr", "-q", "--spp", 1)
 
     def test_unbiased_needs_the_lamp_that_was_baked(self):
         (self.path / "u").mkdir()
