@@ -14,9 +14,11 @@
 const struct evaluation_effort evaluation_efforts[] = {
     [BAKE_DRAFT] = {4000000, 8000000, 128, 4096, 32, 4},
     [BAKE_STANDARD] = {16000000, 64000000, 128, 4096, 128, 64},
-    [BAKE_HIGH] = {16000000, 64000000, 128, 4096, 128, 256},
+    [BAKE_HIGH] = {16000000, 64000000, 128, 4096, 128, 512},
 };
 const struct evaluation_effort evaluation_effort_paper = {16000000, 1000000, 32, 4096, 8, 4};
+
+static const double particle_us = 2, line_us = 0.6, view_line_us = 1.3; // of one core, about: for the progress
 
 enum { EVAL_BATCH = 1 << 16, BATCHES = 8 }; // noise is measured by how the batches differ
 enum { GUIDE_EXITS = 2000000 }; // of its own lamp's light: few leave gaps that make the luminaire's lines noisy
@@ -125,16 +127,22 @@ static enum status keep_exits(struct exit_list *kept, const struct exit_list *li
     return STATUS_OK;
 }
 
+void evaluation_report(const struct evaluation_progress *progress, double fraction) {
+    run_progress(progress->run, "evaluating", progress->first + (progress->last - progress->first) * fraction,
+                 clock_wall_s() - progress->start, NULL);
+}
+
 // The lamp's particles, batch by batch: no more of them are held at once than a batch and `kept`, the first GUIDE_EXITS
 // or so. The first batch is the survey's.
-static enum status bin_particles(const struct lamp *lamp, const struct survey *survey, const struct run *run,
-                                 struct line_bins *bins, struct wall *wall, struct flux_sums *sums,
-                                 struct exit_list *kept, struct error *error) {
+static enum status bin_particles(const struct lamp *lamp, const struct survey *survey,
+                                 const struct evaluation_progress *progress, struct line_bins *bins, struct wall *wall,
+                                 struct flux_sums *sums, struct exit_list *kept, struct error *error) {
     const size_t n = survey->exits.emitted;
     for (size_t batch = 0; batch < BATCHES; batch++) {
         struct exit_list list = {0};
         if (batch > 0) {
-            enum status status = gather_exits(&list, lamp, STREAM_EVALUATION, batch * n, n, false, run, error);
+            enum status status =
+                gather_exits(&list, lamp, STREAM_EVALUATION, batch * n, n, false, progress->run, error);
             if (status != STATUS_OK) return status;
         }
         const struct exit_list *exits = batch > 0 ? &list : &survey->exits;
@@ -143,14 +151,14 @@ static enum status bin_particles(const struct lamp *lamp, const struct survey *s
         enum status status = kept->count < GUIDE_EXITS ? keep_exits(kept, exits, error) : STATUS_OK;
         exit_list_fini(&list);
         if (status != STATUS_OK) return status;
-        run_progress(run, "evaluating", 0.1 + 0.4 * (double)batch / BATCHES, 0, NULL);
+        evaluation_report(progress, 0.6 * (double)(batch + 1) / BATCHES);
     }
     return STATUS_OK;
 }
 
 static enum status compare_light(const struct luminaire *luminaire, const struct lamp *lamp,
-                                 const struct survey *survey, size_t lines, const struct run *run, struct wall *wall,
-                                 struct evaluation *evaluation, struct error *error) {
+                                 const struct survey *survey, size_t lines, const struct evaluation_progress *progress,
+                                 struct wall *wall, struct evaluation *evaluation, struct error *error) {
     vec3 center = vec3_from(lamp->proxy.center);
     struct line_guide *guide = NULL;
     struct line_bins reference = {0}, model = {0};
@@ -158,7 +166,8 @@ static enum status compare_light(const struct luminaire *luminaire, const struct
     struct exit_list kept = {0};
     enum status status = line_bins_init(&reference, center, lamp->proxy.radius, error);
     if (status == STATUS_OK) status = line_bins_init(&model, center, lamp->proxy.radius, error);
-    if (status == STATUS_OK) status = bin_particles(lamp, survey, run, &reference, wall, &flux_reference, &kept, error);
+    if (status == STATUS_OK)
+        status = bin_particles(lamp, survey, progress, &reference, wall, &flux_reference, &kept, error);
     struct line_guide_options options = {.center = center,
                                          .radius = lamp->proxy.radius,
                                          .exits = kept.exits,
@@ -194,8 +203,11 @@ enum status evaluate_luminaire(const struct luminaire *luminaire, const struct s
     *evaluation = (struct evaluation){0};
     struct lamp lamp = {.scene = scene, .proxy = {.kind = PROXY_SPHERE}, .seed = run->seed, .threads = run->threads};
     luminaire_bounds(luminaire, lamp.proxy.center, &lamp.proxy.radius);
-    double start = clock_wall_s();
-    run_progress(run, "evaluating", 0, 0, NULL);
+    const double views = 8.0 * EVALUATION_PIXELS * EVALUATION_PIXELS * effort->view_samples * view_line_us;
+    const double others = (double)effort->particles * particle_us + (double)effort->lines * line_us;
+    const double before = others / (others + views);
+    struct evaluation_progress progress = {run, clock_wall_s(), 0, before};
+    evaluation_report(&progress, 0);
     struct wall wall = {0};
     struct survey *survey = calloc(1, sizeof *survey);
     enum status status = survey ? STATUS_OK : error_set(error, STATUS_MEMORY, "out of memory for the evaluation");
@@ -210,20 +222,22 @@ enum status evaluate_luminaire(const struct luminaire *luminaire, const struct s
     if (status == STATUS_OK)
         status = survey_exits(survey, &lamp, STREAM_EVALUATION, effort->particles / BATCHES, run, error);
     if (status == STATUS_OK)
-        status = compare_light(luminaire, &lamp, survey, effort->lines, run, &wall, evaluation, error);
-    run_progress(run, "evaluating", 0.7, clock_wall_s() - start, NULL);
+        status = compare_light(luminaire, &lamp, survey, effort->lines, &progress, &wall, evaluation, error);
+    evaluation_report(&progress, 0.85);
     if (status == STATUS_OK && effort->wall_samples > 0)
         status = wall_compare(&wall, luminaire, &lamp, effort->wall_samples, evaluation, error);
     evaluation->transparency_measured = effort->transparency_lines > 0;
     evaluation->sampling_measured = effort->light_points > 0;
     if (status == STATUS_OK && evaluation->transparency_measured)
         status = evaluate_transparency(luminaire, &lamp, effort->transparency_lines, evaluation, error);
-    run_progress(run, "evaluating", 0.8, clock_wall_s() - start, NULL);
+    evaluation_report(&progress, 0.95);
     if (status == STATUS_OK && evaluation->sampling_measured)
         status = evaluate_sampling(luminaire, &lamp, effort->light_points, evaluation, error);
+    progress.first = before;
+    progress.last = 1;
     if (status == STATUS_OK && effort->view_samples > 0)
-        status = evaluate_views(luminaire, &lamp, effort->view_samples, evaluation, error);
-    run_progress(run, "evaluating", 1, clock_wall_s() - start, NULL);
+        status = evaluate_views(luminaire, &lamp, effort->view_samples, &progress, evaluation, error);
+    evaluation_report(&progress, 1);
     if (survey) survey_fini(survey);
     free(survey);
     wall_fini(&wall);

@@ -35,8 +35,16 @@ void wall_add(struct wall *wall, const struct exit_list *exits, int half);
 enum status wall_compare(struct wall *wall, const struct luminaire *luminaire, const struct lamp *lamp, int samples,
                          struct evaluation *evaluation, struct error *error);
 
+struct evaluation_progress {
+    const struct run *run;
+    double start; // clock_wall_s
+    double first, last; // what of the whole evaluation the stage begins and ends with
+};
+void evaluation_report(const struct evaluation_progress *progress, double fraction); // of the stage
+
 enum status evaluate_views(const struct luminaire *luminaire, const struct lamp *lamp, int samples,
-                           struct evaluation *evaluation, struct error *error);
+                           const struct evaluation_progress *progress, struct evaluation *evaluation,
+                           struct error *error);
 enum status evaluate_transparency(const struct luminaire *luminaire, const struct lamp *lamp, size_t lines,
                                   struct evaluation *evaluation, struct error *error);
 enum status evaluate_sampling(const struct luminaire *luminaire, const struct lamp *lamp, size_t points,

@@ -129,7 +129,8 @@ static enum status look(struct view_job *job, int view, struct view_sums *sums, 
 }
 
 enum status evaluate_views(const struct luminaire *luminaire, const struct lamp *lamp, int samples,
-                           struct evaluation *evaluation, struct error *error) {
+                           const struct evaluation_progress *progress, struct evaluation *evaluation,
+                           struct error *error) {
     const bool has_hull = luminaire_hull(luminaire) != NULL;
     struct view_sums sums = {0};
     struct scene hull = {0};
@@ -139,7 +140,10 @@ enum status evaluate_views(const struct luminaire *luminaire, const struct lamp 
                            .lamp = lamp,
                            .hull = has_hull ? &hull : NULL,
                            .samples = samples < QUARTERS ? 1 : (size_t)samples / QUARTERS};
-    for (int view = 0; view < VIEWS && status == STATUS_OK; view++) status = look(&job, view, &sums, error);
+    for (int view = 0; view < VIEWS && status == STATUS_OK; view++) {
+        status = look(&job, view, &sums, error);
+        evaluation_report(progress, (double)(view + 1) / VIEWS);
+    }
     evaluation->view_samples = QUARTERS * (int)job.samples;
     evaluation->view_gain_db = (float)gain_db(sums.squared, sums.black);
     evaluation->view_flip = (float)sums.flip;

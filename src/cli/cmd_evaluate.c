@@ -10,7 +10,7 @@ struct evaluate_input {
 
 static const struct argp_option OPTIONS[] = {{"quality", 'Q', "NAME", 0,
                                               "of the measurement: draft (some 20 s on two cores), standard (the "
-                                              "default, some minutes) or high (its direct views from 256 "
+                                              "default, some minutes) or high (its direct views from 512 "
                                               "lines a pixel)",
                                               1},
                                              {0}};
