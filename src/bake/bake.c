@@ -26,7 +26,7 @@ static const struct {
     int log2_entries;
     bool packed;
     int view_log2_entries;
-} sizes[] = {[BAKE_SIZE_SMALL] = {600000, 13, true, 11},
+} sizes[] = {[BAKE_SIZE_SMALL] = {600000, 13, false, 11},
              [BAKE_SIZE_DEFAULT] = {2000000, 15, false, 13},
              [BAKE_SIZE_LARGE] = {8000000, 18, false, 16}};
 
