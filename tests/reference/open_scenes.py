@@ -40,7 +40,7 @@ def expand(room):
             if item.tag not in ("shape", "bsdf"):
                 continue
             if item.tag == "shape" and item.find("transform") is None:
-                item.append(luminaire.find("transform"))
+                item.extend(luminaire.findall("transform"))
             room.append(item)
     return room
 
