@@ -14,21 +14,19 @@
 
 // By quality, aims at 20 s, 2 minutes and half an hour on 2 cores; bake_pace makes it less for a lamp that costs more.
 static const struct bake_plan plans[] = {
-    [BAKE_DRAFT] = {1000000, 0, 16, 36, 0, 0, false, {1000000, 2000000, 64, 512, 0, 0}, {.chunks = 12}},
-    [BAKE_STANDARD] = {3000000, 4, 100, 240, 16000000, 0, false, {4000000, 4000000, 128, 1024, 0, 0}, {.chunks = 120}},
-    [BAKE_HIGH] = {8000000, 24, 1500, 5000, 32000000, 0, false, {16000000, 8000000, 128, 2048, 0, 0}, {.chunks = 1500}},
+    [BAKE_DRAFT] = {1000000, 0, 16, 36, 0, 0, {1000000, 2000000, 64, 512, 0, 0}, {.chunks = 12}},
+    [BAKE_STANDARD] = {3000000, 4, 100, 240, 16000000, 0, {4000000, 4000000, 128, 1024, 0, 0}, {.chunks = 120}},
+    [BAKE_HIGH] = {8000000, 24, 1500, 5000, 32000000, 0, {16000000, 8000000, 128, 2048, 0, 0}, {.chunks = 1500}},
 };
 
 enum { HULL_TRIANGLES = 60000 }; // more take time where light passes the lamp
 
 static const struct {
     size_t file_bytes;
-    int log2_entries;
-    bool packed;
-    int view_log2_entries;
-} sizes[] = {[BAKE_SIZE_SMALL] = {600000, 13, false, 11},
-             [BAKE_SIZE_DEFAULT] = {2000000, 15, false, 13},
-             [BAKE_SIZE_LARGE] = {8000000, 18, false, 16}};
+    int log2_entries, view_log2_entries;
+} sizes[] = {[BAKE_SIZE_SMALL] = {600000, 13, 11},
+             [BAKE_SIZE_DEFAULT] = {2000000, 15, 13},
+             [BAKE_SIZE_LARGE] = {8000000, 18, 16}};
 
 struct bake_plan bake_plan_work(const struct bake_options *options) {
     struct bake_plan plan = plans[options->quality];
@@ -38,7 +36,6 @@ struct bake_plan bake_plan_work(const struct bake_options *options) {
         plan.transparency_chunks = (size_t)1 << 32;
     }
     plan.log2_entries = sizes[options->size].log2_entries;
-    plan.packed = sizes[options->size].packed;
     plan.file_bytes = sizes[options->size].file_bytes;
     plan.hull_triangles = HULL_TRIANGLES;
     plan.view.log2_entries = sizes[options->size].view_log2_entries;
@@ -97,7 +94,6 @@ static enum status start_training(struct bake_job *job, struct error *error) {
         status = bake_choose(job, &job->checkpoint.recipe, error);
     }
     if (status != STATUS_OK) return status;
-    job->checkpoint.recipe.packed = job->plan.packed;
     job->checkpoint.recipe.loss = job->plan.loss;
     job->start_s -= job->checkpoint.seconds;
     job->group_start_s -= job->checkpoint.seconds;

@@ -75,7 +75,6 @@ enum status bake_choose(struct bake_job *job, struct light_recipe *recipe, struc
     struct light_recipe best = {.data = job->plan.camera_only ? DATA_CAMERA : DATA_PARTICLES,
                                 .encoding = ENCODING_CHOICES - 1,
                                 .log2_entries = job->plan.log2_entries,
-                                .packed = job->plan.packed,
                                 .loss = job->plan.loss,
                                 .chunks = job->plan.trial_chunks};
     if (!job->plan.camera_only && bake_camera_sees_all(&job->scene)) {

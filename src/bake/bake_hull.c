@@ -19,7 +19,6 @@ static enum status create_transparency(struct bake_job *job, bool *fits, struct 
         .proxy = &job->lamp.proxy,
         .hull = bake_camera_sees_all(&job->scene) ? job->view.hull : NULL, // else the file's hull may be left out
         .log2_entries = job->transparency_log2_entries,
-        .packed = job->plan.packed,
         .steps = job->plan.transparency_chunks * CHUNK_STEPS,
         .seed = job->lamp.seed};
     transparency_destroy(job->transparency);

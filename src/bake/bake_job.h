@@ -14,7 +14,6 @@ struct bake_plan { // how much work each stage does
     size_t transparency_chunks, light_chunks;
     size_t density_lines; // of the finished field, in the last round of the sampling density; 0: it is not refined
     int log2_entries; // of the light field's tables
-    bool packed; // tables in 4 bits a number
     struct evaluation_effort evaluation;
     struct view_plan view; // chunks 0: no hull
     bool camera_only; // camera lines alone, without a trial; not with checkpoints

@@ -203,7 +203,8 @@ enum status evaluate_luminaire(const struct luminaire *luminaire, const struct s
     *evaluation = (struct evaluation){0};
     struct lamp lamp = {.scene = scene, .proxy = {.kind = PROXY_SPHERE}, .seed = run->seed, .threads = run->threads};
     luminaire_bounds(luminaire, lamp.proxy.center, &lamp.proxy.radius);
-    const double views = 8.0 * EVALUATION_PIXELS * EVALUATION_PIXELS * effort->view_samples * view_line_us;
+    const int pixels = EVALUATION_VIEWS * EVALUATION_PIXELS * EVALUATION_PIXELS;
+    const double views = (double)pixels * effort->view_samples * view_line_us;
     const double others = (double)effort->particles * particle_us + (double)effort->lines * line_us;
     const double before = others / (others + views);
     struct evaluation_progress progress = {run, clock_wall_s(), 0, before};

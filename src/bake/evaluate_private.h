@@ -5,7 +5,7 @@
 #include "bake/gather.h"
 #include "image/image.h"
 
-enum { EVALUATION_PIXELS = 256 }; // a side, of the wall and of the pictures
+enum { EVALUATION_PIXELS = 256, EVALUATION_VIEWS = 8 }; // a side, of the wall and of the pictures; directions
 
 // Two independent estimates of one image: their mean is the image, their difference its noise.
 struct image_pair {

@@ -5,7 +5,7 @@
 #include "bake/evaluate_private.h"
 #include "bake/lamp_picture.h"
 
-enum { PIXELS = EVALUATION_PIXELS, VIEWS = 8, QUARTERS = 4 };
+enum { PIXELS = EVALUATION_PIXELS, VIEWS = EVALUATION_VIEWS, QUARTERS = 4 };
 
 struct picture { // independent pictures: two halves of two quarters each
     struct image quarter[QUARTERS];

@@ -111,7 +111,6 @@ static size_t smooth_corners(const struct hull *hull) {
 static bool make_room(struct splitting *s) {
     const size_t most = s->hull->vertex_count + smooth_corners(s->hull);
     s->room = most < HULL_MAX_VERTICES ? most : HULL_MAX_VERTICES;
-    if (s->room < s->hull->vertex_count) s->room = s->hull->vertex_count;
     void *vertices = realloc(s->hull->vertices, (s->room + 1) * sizeof *s->hull->vertices);
     if (vertices) s->hull->vertices = vertices;
     free(s->hull->normals);

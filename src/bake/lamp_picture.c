@@ -8,7 +8,7 @@
 #include "math/warp.h"
 #include "trace/hull_look.h"
 
-enum { BLOCK = 64, MAX_DEPTH = 100, SPLITS = 4, GLIMPSES = 1 << SPLITS };
+enum { BLOCK = 64, MAX_DEPTH = 100, GLIMPSES = 1 << MAX_SPLITS };
 
 struct block { // one sample of neighbouring pixels of a row
     int count;
@@ -50,7 +50,8 @@ static void add_traced(const struct lamp_picture *picture, const struct block *b
         struct ray ray = look_along(picture, block->at[i]);
         struct sampler sampler = block->samplers[i];
         struct line_hit hit;
-        trace_line_radiance_split(lamp->scene, &ray, &sampler, lamp->aims, lamp->aim_count, MAX_DEPTH, SPLITS, &hit);
+        trace_line_radiance_split(lamp->scene, &ray, &sampler, lamp->aims, lamp->aim_count, MAX_DEPTH, MAX_SPLITS,
+                                  &hit);
         add(pixels + 3 * i, (float[3]){hit.radiance.r, hit.radiance.g, hit.radiance.b}, share);
     }
 }
@@ -73,7 +74,7 @@ static void add_surface(const struct lamp_picture *picture, const struct block *
     for (int i = 0; i < block->count; i++) {
         struct ray ray = look_along(picture, block->at[i]);
         struct sampler sampler = block->samplers[i];
-        const size_t ways = hull_trace(picture->hull, hull, &ray, &sampler, SPLITS, seen);
+        const size_t ways = hull_trace(picture->hull, hull, &ray, &sampler, MAX_SPLITS, seen);
         for (size_t k = 0; k < ways; k++, count++) {
             points[count] = seen[k].at;
             weights[count] = seen[k].weight;

@@ -36,7 +36,6 @@ static enum status create_field(struct light_training *training, struct error *e
         .use_grid4 = encoding->grid4 || survey->shell_count == 0,
         .radiance_unit = training->radiance_unit,
         .log2_entries = training->recipe.log2_entries,
-        .packed = training->recipe.packed,
         .loss = training->recipe.loss,
         .steps = training->recipe.chunks * CHUNK_STEPS,
         .seed = training->lamp->seed,

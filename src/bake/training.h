@@ -22,7 +22,6 @@ struct light_recipe {
     enum data_source data;
     int encoding; // index in encoding_choices
     int log2_entries;
-    bool packed; // the finished tables
     enum light_loss loss;
     size_t chunks; // planned
 };

@@ -22,7 +22,7 @@ enum {
     MIRROR_LEVELS = 2,
     ANCHOR_LEVELS = 2,
     LIT_LEVELS = 2,
-    ANCHOR_BITS = 1, // more than of the other levels
+    MORE_ANCHOR_BITS = 1, // than of the other levels
     RAW_COUNT = 18,
     MAX_CORNERS = GRID_MAX_LOOKUPS * (GRID_MAX_DIMS + 1)
 };
@@ -62,7 +62,7 @@ static enum status set_up(struct view_field *field, const struct view_field_opti
     for (int k = 0; k < MIRROR_LEVELS; k++)
         grid_add_lookup(layout, grid_add_level(layout, 2, k ? 64 : 16, log2_entries, 1), SET_MIRROR);
     grid_add_lookup(layout, grid_add_level(layout, 1, 1, log2_entries, (uint32_t)options->part_count), SET_PART);
-    int slice_bits = log2_entries + ANCHOR_BITS; // of all slices of a level together
+    int slice_bits = log2_entries + MORE_ANCHOR_BITS; // of all slices of a level together
     for (int n = options->anchor_count; n > 1; n = (n + 1) / 2) slice_bits--;
     for (int k = 0; k < ANCHOR_LEVELS && options->anchor_count; k++)
         grid_add_lookup(layout, grid_add_level(layout, 2, k ? 48 : 16, slice_bits, (uint32_t)options->anchor_count),

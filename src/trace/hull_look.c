@@ -44,9 +44,9 @@ struct hull_way {
     int splits, passes;
 };
 
-// The way's next surface that is no glass. Where glass is split the other way is left in *branch.
-static bool follow(const struct scene *scene, struct hull_way *way, struct sampler *sampler, struct surface *surface,
-                   struct hull_way *branches, size_t *branch_count) {
+// The way's next surface that is no glass. Where glass is split the reflected way joins the branches.
+static bool hull_follow(const struct scene *scene, struct hull_way *way, struct sampler *sampler,
+                        struct surface *surface, struct hull_way *branches, size_t *branch_count) {
     for (; way->passes < MAX_PASSES; way->passes++) {
         if (!scene_intersect_hulls(scene, &way->ray, -1, surface)) return false;
         if (surface->shape->hull->kind != HULL_GLASS) return true;
@@ -72,12 +72,12 @@ static bool follow(const struct scene *scene, struct hull_way *way, struct sampl
 // shares.
 size_t hull_trace(const struct scene *scene, const struct hull *hull, const struct ray *ray, struct sampler *sampler,
                   int splits, struct hull_glimpse *seen) {
-    struct hull_way ways[HULL_MAX_SPLITS + 1] = {{*ray, 1, splits, 0}};
+    struct hull_way ways[MAX_SPLITS + 1] = {{*ray, 1, splits, 0}};
     size_t count = 0, left = 1;
     while (left) {
         struct hull_way way = ways[--left];
         struct surface surface;
-        if (!follow(scene, &way, sampler, &surface, ways, &left)) continue;
+        if (!hull_follow(scene, &way, sampler, &surface, ways, &left)) continue;
         struct hull_glimpse *glimpse = &seen[count++];
         glimpse->weight = way.weight;
         glimpse->at.part = (uint32_t)(surface.shape->hull - hull->parts);

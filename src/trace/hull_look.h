@@ -16,12 +16,11 @@ bool hulls_block(const struct scene *scene, const struct ray *to_camera);
 // Whether lamp's transparency dims that light.
 bool hull_dims(const struct scene *scene, const struct ray *to_camera, int luminaire);
 // Follows a ray through the glass of the hulls, as a path does, to where the view field answers, and `splits` times
-// (at most HULL_MAX_SPLITS) what glass reflects and what it refracts. Returns how many of the at most 2^splits ways end
-// on the hull. For scenes of scene_init_hull.
+// (at most MAX_SPLITS, line_radiance.h) what glass reflects and what it refracts. Returns how many of the at most
+// 2^splits ways end on the hull. For scenes of scene_init_hull.
 struct hull_glimpse {
     struct view_point at;
     float weight; // what of its radiance comes back along the ray
 };
-enum { HULL_MAX_SPLITS = 4 };
 size_t hull_trace(const struct scene *scene, const struct hull *hull, const struct ray *ray, struct sampler *sampler,
                   int splits, struct hull_glimpse *seen);

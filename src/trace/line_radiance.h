@@ -47,10 +47,10 @@ void line_walk_radiance(const struct line_walk *walk, struct sampler *sampler, c
 void trace_line_radiance(const struct scene *scene, const struct ray *ray, struct sampler *sampler,
                          const struct aim *aims, size_t aim_count, int max_depth, struct line_hit *out);
 
-// The same, but of the first `splits` surfaces of clear glass that a path meets, at most LINE_MAX_SPLITS, both what
+// The same, but of the first `splits` surfaces of clear glass that a path meets, at most MAX_SPLITS, both what
 // they reflect and what they refract are followed: up to 2^splits paths, of much less noise where glass shows small
 // lights.
-enum { LINE_MAX_SPLITS = 8 };
+enum { MAX_SPLITS = 4 };
 void trace_line_radiance_split(const struct scene *scene, const struct ray *ray, struct sampler *sampler,
                                const struct aim *aims, size_t aim_count, int max_depth, int splits,
                                struct line_hit *out);

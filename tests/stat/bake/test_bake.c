@@ -72,8 +72,7 @@ static bool stop(void *user) {
 }
 
 static const struct bake_plan small = {
-    100000, 1, 4, 8, 400000, 12, false, {200000, 262144, 16, 64, 0, 0}, {.chunks = 0}, false, LIGHT_LOSS_LIKELIHOOD,
-    0,      0};
+    100000, 1, 4, 8, 400000, 12, {200000, 262144, 16, 64, 0, 0}, {.chunks = 0}, false, LIGHT_LOSS_LIKELIHOOD, 0, 0};
 
 static enum status bake(const char *lamp, const char *output, int threads, int stop_after, bool resume,
                         struct bake_report *report, struct listener *listener, struct error *error) {

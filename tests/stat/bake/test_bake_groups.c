@@ -56,8 +56,7 @@ static const char *write_lamp(const char *name, const char *bulb, const char *sp
 }
 
 static const struct bake_plan small = {
-    100000, 1, 12, 8, 400000, 12, false, {400000, 400000, 16, 64, 0, 0}, {.chunks = 0}, false, LIGHT_LOSS_LIKELIHOOD,
-    0,      0};
+    100000, 1, 12, 8, 400000, 12, {400000, 400000, 16, 64, 0, 0}, {.chunks = 0}, false, LIGHT_LOSS_LIKELIHOOD, 0, 0};
 
 static bool stop(void *user) {
     int *left = user;
@@ -66,7 +65,7 @@ static bool stop(void *user) {
 
 // For what does not ask how good the file is.
 static const struct bake_plan tiny = {
-    20000, 0, 2, 3, 400000, 10, false, {40000, 65536, 4, 4, 0, 0}, {.chunks = 0}, false, LIGHT_LOSS_LIKELIHOOD, 0, 0};
+    20000, 0, 2, 3, 400000, 10, {40000, 65536, 4, 4, 0, 0}, {.chunks = 0}, false, LIGHT_LOSS_LIKELIHOOD, 0, 0};
 
 static enum status bake(const struct bake_plan *plan, const char *lamp, const char *output, enum bake_groups groups,
                         int stop_after, bool resume, struct bake_report *report, struct error *error) {

@@ -216,10 +216,7 @@ static void small_facets_keep_their_normals(void **state) {
     size_t facets = 0;
     for (size_t k = 0; k < hull->part_count; k++)
         for (size_t t = 0; hull->parts[k].kind == HULL_GLASS && t < hull->parts[k].count; t++) {
-            const uint16_t *v = hull->triangles[hull->parts[k].first + t];
-            const vec3 a = hull_vertex(hull, v[0]), e1 = vec3_sub(hull_vertex(hull, v[1]), a),
-                       e2 = vec3_sub(hull_vertex(hull, v[2]), a);
-            const vec3 normal = vec3_normalize(vec3_cross(e1, e2));
+            const vec3 normal = hull_face_normal(hull, hull->parts[k].first + t);
             float nearest = INFINITY; // angle to one of the cube's, turned back (Rodrigues)
             const float turn = -40 * PI_F / 180;
             const vec3 back = vec3_mad(axis, vec3_dot(axis, normal) * (1 - cosf(turn)),
