@@ -66,7 +66,6 @@ struct light_field_options {
     bool use_grid4; // the 4D entry x exit grid
     float radiance_unit; // the mean radiance over all lines of the bounding sphere: L is learned in this unit
     int log2_entries; // table sizes, 10..20
-    bool packed; // the finished tables take 4 bits a number instead of 8
     size_t steps; // planned optimiser steps (for the learning-rate schedule)
     uint64_t seed;
     enum light_loss loss;
@@ -99,7 +98,6 @@ struct transparency_options {
     // transparency_learns says true of.
     const struct hull *hull;
     int log2_entries; // table sizes, 10..20; with a hull at most 13 are used
-    bool packed; // the finished tables take 4 bits a number instead of 8
     size_t steps; // planned optimiser steps
     uint64_t seed;
 };

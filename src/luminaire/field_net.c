@@ -39,7 +39,7 @@ enum status field_net_create(struct field_net *net, const float center[3], float
 size_t field_net_parameters(const struct field_net *net) { return mlp_layout(&net->shape).count; }
 
 size_t field_net_bytes(const struct field_net *net) {
-    return field_net_parameters(net) * sizeof *net->mlp + net->encoding.layout.entry_count * (net->packed ? 1 : 2);
+    return field_net_parameters(net) * sizeof *net->mlp + net->encoding.layout.entry_count * 2;
 }
 
 static void free_finished(struct field_net *net) {
@@ -47,8 +47,7 @@ static void free_finished(struct field_net *net) {
     free(net->mlp_by_input);
     free(net->by_lookup);
     free(net->codes);
-    free(net->places);
-    net->mlp = net->mlp_by_input = NULL, net->by_lookup = NULL, net->codes = NULL, net->places = NULL;
+    net->mlp = net->mlp_by_input = NULL, net->by_lookup = NULL, net->codes = NULL;
 }
 
 static enum status allocate_finished(struct field_net *net, struct error *error) {
@@ -56,44 +55,14 @@ static enum status allocate_finished(struct field_net *net, struct error *error)
     net->mlp_by_input = calloc(field_net_parameters(net), sizeof(float));
     net->by_lookup = aligned_alloc(_Alignof(struct grid_by_lookup), sizeof *net->by_lookup);
     net->codes = calloc((size_t)net->encoding.layout.entry_count * 2 + GRID_PADDING, 1);
-    if (net->packed) net->places = calloc(net->encoding.layout.entry_count, 1);
-    if (net->mlp && net->mlp_by_input && net->by_lookup && net->codes && (net->places || !net->packed))
-        return STATUS_OK;
+    if (net->mlp && net->mlp_by_input && net->by_lookup && net->codes) return STATUS_OK;
     free_finished(net);
     return error_set(error, STATUS_MEMORY, "out of memory for a network");
-}
-
-static size_t level_entries(const struct grid_level *level) { return (size_t)level->slice_entries * level->slices; }
-
-static void unpack(struct field_net *net) {
-    for (int k = 0; k < net->encoding.layout.level_count; k++) {
-        const struct grid_level *level = &net->encoding.layout.levels[k];
-        for (size_t i = level->offset; i < level->offset + level_entries(level); i++) {
-            net->codes[2 * i] = net->book[k][net->places[i] & 15];
-            net->codes[2 * i + 1] = net->book[k][net->places[i] >> 4];
-        }
-    }
 }
 
 static void derive(struct field_net *net) {
     mlp_transpose(&net->shape, net->mlp, net->mlp_by_input);
     grid_by_lookup_make(&net->encoding.layout, net->scale, net->by_lookup);
-}
-
-static uint8_t place_in_book(const int8_t book[GRID_BOOK], int8_t code) {
-    uint8_t place = 0;
-    while (place + 1 < GRID_BOOK && book[place] != code) place++;
-    return place;
-}
-
-static void pack(struct field_net *net) {
-    grid_round_codes(&net->encoding.layout, net->codes, net->book);
-    for (int k = 0; k < net->encoding.layout.level_count; k++) {
-        const struct grid_level *level = &net->encoding.layout.levels[k];
-        for (size_t i = level->offset; i < level->offset + level_entries(level); i++)
-            net->places[i] = (uint8_t)(place_in_book(net->book[k], net->codes[2 * i]) |
-                                       place_in_book(net->book[k], net->codes[2 * i + 1]) << 4);
-    }
 }
 
 enum status field_net_restore(struct field_net *net, const float center[3], float radius,
@@ -105,18 +74,11 @@ enum status field_net_restore(struct field_net *net, const float center[3], floa
     if (numbers->mlp_count != field_net_parameters(net) || numbers->entry_count != (size_t)layout->entry_count ||
         numbers->level_count != (size_t)layout->level_count)
         return error_set(error, STATUS_INVALID, "the tables' sizes do not fit the network that the file describes");
-    net->packed = !numbers->codes;
     status = allocate_finished(net, error);
     if (status) return status;
     memcpy(net->mlp, numbers->mlp, numbers->mlp_count * sizeof(float));
     memcpy(net->scale, numbers->scale, numbers->level_count * sizeof(float));
-    if (numbers->codes)
-        memcpy(net->codes, numbers->codes, 2 * numbers->entry_count);
-    else {
-        memcpy(net->book, numbers->book, numbers->level_count * sizeof *net->book);
-        memcpy(net->places, numbers->places, numbers->entry_count);
-        unpack(net);
-    }
+    memcpy(net->codes, numbers->codes, 2 * numbers->entry_count);
     derive(net);
     return STATUS_OK;
 }
@@ -127,7 +89,6 @@ enum status field_net_finish(struct field_net *net, struct error *error) {
     if (status) return status;
     memcpy(net->mlp, net->trainer->mlp, net->trainer->mlp_count * sizeof(float));
     grid_quantise(&net->encoding.layout, net->trainer->table, net->codes, net->scale);
-    if (net->packed) pack(net);
     derive(net);
     trainer_fini(net->trainer);
     free(net->trainer);

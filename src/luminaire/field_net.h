@@ -17,29 +17,22 @@ struct field_net {
     struct grid_by_lookup *by_lookup;
     int8_t *codes; // entry_count * 2 + GRID_PADDING
     float scale[GRID_MAX_LEVELS];
-    bool packed; // the finished codes are of the 16 values of `book` a level only, and written in 4 bits
-    int8_t book[GRID_MAX_LEVELS][GRID_BOOK];
-    uint8_t *places; // of a finished packed net: the codes' places in the book, an entry's first code in the low half
 };
 
 // Checks the options. The network trains.
 enum status field_net_create(struct field_net *net, const float center[3], float radius,
                              const struct encoding_options *options, const struct trainer_rates *rates, uint64_t seed,
                              struct error *error);
-// A finished network from its numbers, all copied. Counts must fit the options' layout. The table comes as codes, or as
-// places in a book.
+// A finished network from its numbers, all copied. Counts must fit the options' layout.
 struct field_net_numbers {
     const float *mlp, *scale;
-    const int8_t *codes; // or NULL:
-    const uint8_t *places;
-    const int8_t (*book)[GRID_BOOK];
+    const int8_t *codes;
     size_t mlp_count, entry_count, level_count;
 };
 enum status field_net_restore(struct field_net *net, const float center[3], float radius,
                               const struct encoding_options *options, const struct field_net_numbers *numbers,
                               struct error *error);
-// Ends the training: quantises the tables, to 4 bits where `packed` is set, and frees everything that only training
-// needs.
+// Ends the training: quantises the tables and frees everything that only training needs.
 enum status field_net_finish(struct field_net *net, struct error *error);
 void field_net_fini(struct field_net *net);
 size_t field_net_parameters(const struct field_net *net); // of the MLP

@@ -45,7 +45,6 @@ enum status light_field_create(struct light_field **field, const struct light_fi
         for (int c = 0; c < 3; c++) f->scale[c] = 1;
         status = field_net_create(&f->net, options->proxy.center, options->proxy.radius, encoding, &rates,
                                   options->seed, error);
-        f->net.packed = options->packed;
         f->loss = options->loss;
     }
     free(encoding);

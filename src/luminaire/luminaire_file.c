@@ -119,19 +119,14 @@ static enum status read_net(const struct reader *reader, const char *prefix, con
     options->log2_entries = (int)v[4];
     options->use_hull = v[9] > 0;
     memcpy(options->shells, v + 5, sizeof options->shells);
-    const struct tensor *anchors = NULL, *mlp = NULL, *table = NULL, *scale = NULL, *book = NULL;
-    char packed_name[64];
-    snprintf(packed_name, sizeof packed_name, "%stable4", prefix);
-    const bool packed = safetensors_find(reader->file, packed_name) != NULL;
+    const struct tensor *anchors = NULL, *mlp = NULL, *table = NULL, *scale = NULL;
     bool complete = true;
     if (options->anchor_count)
         complete = (anchors = take(reader, prefix, "anchors", TENSOR_F32, (size_t)options->anchor_count, 3)) != NULL;
     if (anchors) memcpy(options->anchors, anchors->data, (size_t)options->anchor_count * sizeof *options->anchors);
     complete = complete && (mlp = take(reader, prefix, "mlp", TENSOR_F32, SIZE_MAX, 0)) &&
-               (table = packed ? take(reader, prefix, "table4", TENSOR_U8, SIZE_MAX, 0)
-                               : take(reader, prefix, "table", TENSOR_I8, SIZE_MAX, 2)) &&
-               (scale = take(reader, prefix, "table_scale", TENSOR_F32, SIZE_MAX, 0)) &&
-               (!packed || (book = take(reader, prefix, "table4_book", TENSOR_I8, scale->shape[0], GRID_BOOK)));
+               (table = take(reader, prefix, "table", TENSOR_I8, SIZE_MAX, 2)) &&
+               (scale = take(reader, prefix, "table_scale", TENSOR_F32, SIZE_MAX, 0));
     enum status status = STATUS_INVALID;
     if (complete) {
         float *parameters = copy_tensor(reader, mlp, mlp->shape[0]),
@@ -142,9 +137,7 @@ static enum status read_net(const struct reader *reader, const char *prefix, con
         else {
             const struct field_net_numbers numbers = {.mlp = parameters,
                                                       .scale = scales,
-                                                      .codes = packed ? NULL : table->data,
-                                                      .places = packed ? table->data : NULL,
-                                                      .book = packed ? book->data : NULL,
+                                                      .codes = table->data,
                                                       .mlp_count = mlp->shape[0],
                                                       .entry_count = table->shape[0],
                                                       .level_count = scale->shape[0]};

@@ -53,11 +53,7 @@ static void put_net(struct writer *writer, const char *prefix, const struct fiel
     if (options->anchor_count)
         put(writer, prefix, "anchors", TENSOR_F32, (size_t)options->anchor_count, 3, options->anchors);
     put(writer, prefix, "mlp", TENSOR_F32, field_net_parameters(net), 0, net->mlp);
-    if (net->packed) {
-        put(writer, prefix, "table4", TENSOR_U8, net->encoding.layout.entry_count, 0, net->places);
-        put(writer, prefix, "table4_book", TENSOR_I8, (size_t)net->encoding.layout.level_count, GRID_BOOK, net->book);
-    } else
-        put(writer, prefix, "table", TENSOR_I8, net->encoding.layout.entry_count, 2, net->codes);
+    put(writer, prefix, "table", TENSOR_I8, net->encoding.layout.entry_count, 2, net->codes);
     put(writer, prefix, "table_scale", TENSOR_F32, (size_t)net->encoding.layout.level_count, 0, net->scale);
 }
 

@@ -47,7 +47,6 @@ enum status transparency_create(struct transparency **t, const struct transparen
         struct trainer_rates rates = {.table = 1e-2f, .mlp = 3e-3f, .end = 1.0f / 100, .steps = options->steps};
         status = field_net_create(&made->net, options->proxy->center, options->proxy->radius, encoding, &rates,
                                   options->seed, error);
-        made->net.packed = options->packed;
         if (!status && options->hull) status = hull_tree_create(&made->tree, options->hull, error);
     }
     free(encoding);

@@ -68,43 +68,6 @@ void grid_quantise(const struct grid_layout *layout, const float *table, int8_t 
     }
 }
 
-// One pass of Lloyd's: each value to its nearest entry, each entry to the mean of its values.
-static void refine_book(const size_t histogram[256], float book[GRID_BOOK]) {
-    double sum[GRID_BOOK] = {0}, count[GRID_BOOK] = {0};
-    int entry = 0;
-    for (int v = -127; v <= 127; v++) {
-        while (entry + 1 < GRID_BOOK && fabsf(book[entry + 1] - (float)v) < fabsf(book[entry] - (float)v)) entry++;
-        sum[entry] += (double)v * (double)histogram[v + 128];
-        count[entry] += (double)histogram[v + 128];
-    }
-    for (int k = 0; k < GRID_BOOK; k++)
-        if (count[k] > 0) book[k] = (float)(sum[k] / count[k]);
-}
-
-void grid_round_codes(const struct grid_layout *layout, int8_t *codes, int8_t (*book)[GRID_BOOK]) {
-    enum { PASSES = 60 };
-    for (int level = 0; level < layout->level_count; level++) {
-        const struct grid_level *l = &layout->levels[level];
-        size_t first = (size_t)l->offset * 2, n = (size_t)l->slice_entries * l->slices * 2, histogram[256] = {0};
-        for (size_t i = first; i < first + n; i++) histogram[codes[i] + 128]++;
-        float entries[GRID_BOOK];
-        size_t passed = 0;
-        int filled = 0; // starts at the quantiles
-        for (int v = 0; v < 256 && filled < GRID_BOOK; v++)
-            for (passed += histogram[v]; filled < GRID_BOOK && passed * 2 * GRID_BOOK > (2 * (size_t)filled + 1) * n;)
-                entries[filled++] = (float)(v - 128);
-        for (int k = 1; k < GRID_BOOK; k++) entries[k] = fmaxf(entries[k], entries[k - 1] + 1e-3f);
-        for (int pass = 0; pass < PASSES; pass++) refine_book(histogram, entries);
-        int8_t nearest[256];
-        for (int k = 0; k < GRID_BOOK; k++) book[level][k] = (int8_t)lrintf(entries[k]);
-        for (int v = 0, k = 0; v < 256; v++) {
-            while (k + 1 < GRID_BOOK && abs(book[level][k + 1] - (v - 128)) <= abs(book[level][k] - (v - 128))) k++;
-            nearest[v] = book[level][k];
-        }
-        for (size_t i = first; i < first + n; i++) codes[i] = nearest[codes[i] + 128];
-    }
-}
-
 void grid_corners(const struct grid_level *level, const float *coordinates, int slice, uint32_t *index, float *weight) {
     float fraction[GRID_MAX_DIMS];
     int axis[GRID_MAX_DIMS];

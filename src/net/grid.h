@@ -73,10 +73,5 @@ int grid_input_count(const struct grid_layout *layout);
 enum { GRID_PADDING = 2 };
 void grid_quantise(const struct grid_layout *layout, const float *table, int8_t *codes, float *scale);
 
-// Rounds the codes of every level to 16 values of its own, those with the least squared error (Lloyd's algorithm on the
-// codes' histogram), so that a file needs 4 bits for each. book: [level][GRID_BOOK], ascending.
-enum { GRID_BOOK = 16 };
-void grid_round_codes(const struct grid_layout *layout, int8_t *codes, int8_t (*book)[GRID_BOOK]);
-
 // Scalar reference of one lookup: indices and weights of its corners for one sample.
 void grid_corners(const struct grid_level *level, const float *coordinates, int slice, uint32_t *index, float *weight);

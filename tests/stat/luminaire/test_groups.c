@@ -51,7 +51,6 @@ static struct part make_part(int g, const struct hull *hull) {
                                           .use_grid4 = true,
                                           .radiance_unit = 0.5f,
                                           .log2_entries = 10,
-                                          .packed = g == 1,
                                           .steps = 20,
                                           .seed = (uint64_t)g};
     struct error error;

@@ -150,7 +150,6 @@ static struct light_field *train_field(const struct lamp *lamp, const struct pro
                                           .use_grid4 = true,
                                           .radiance_unit = 0.5f,
                                           .log2_entries = 10,
-                                          .packed = proxy->kind == PROXY_BOX,
                                           .steps = 40,
                                           .seed = 4};
     struct light_field *field;
@@ -288,10 +287,7 @@ static struct luminaire *make_luminaire(const struct proxy *proxy, bool transpar
     if (transparent)
         assert_int_equal(
             transparency_create(
-                &t,
-                &(struct transparency_options){
-                    .proxy = proxy, .log2_entries = 12, .packed = proxy->kind == PROXY_BOX, .steps = 10, .seed = 1},
-                &error),
+                &t, &(struct transparency_options){.proxy = proxy, .log2_entries = 12, .steps = 10, .seed = 1}, &error),
             STATUS_OK);
     enum { EXITS = 5000 };
     struct line_exit *exits = malloc(EXITS * sizeof *exits);

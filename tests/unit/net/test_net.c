@@ -270,31 +270,8 @@ static void test_threads_do_not_matter(void **state) {
     trainer_fini(&b);
 }
 
-// A level of few values is kept as it is; one of all values is rounded evenly.
-static void test_round_codes(void **state) {
-    (void)state;
-    struct grid_layout layout = {0};
-    grid_add_level(&layout, 2, 30, 10, 1);
-    grid_add_level(&layout, 3, 8, 10, 2);
-    const size_t first = 2 * (size_t)layout.levels[1].offset, count = 2 * (size_t)layout.entry_count;
-    int8_t *codes = malloc(count), *rounded = malloc(count), book[2][GRID_BOOK];
-    for (size_t i = 0; i < count; i++)
-        codes[i] = (int8_t)(i < first ? (int)(i * i % 16) * 7 - 50 : (int)(i % 255) - 127);
-    memcpy(rounded, codes, count);
-    grid_round_codes(&layout, rounded, book);
-    assert_memory_equal(rounded, codes, first);
-    int largest = 0;
-    for (size_t i = first; i < count; i++)
-        largest = abs(rounded[i] - codes[i]) > largest ? abs(rounded[i] - codes[i]) : largest;
-    assert_true(largest >= 7 && largest <= 9); // 255 values in 16 steps
-    for (int k = 1; k < GRID_BOOK; k++) assert_true(book[1][k] > book[1][k - 1]);
-    free(codes);
-    free(rounded);
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_round_codes),
         cmocka_unit_test(test_grid_matches_reference),
         cmocka_unit_test(test_grid_is_linear),
         cmocka_unit_test(test_mlp_matches_reference),
