@@ -92,14 +92,25 @@ enum status bake_group_begin(struct bake_job *job, size_t group, struct error *e
     return bake_folder(job, group, error);
 }
 
-// Fills `exits` with lines as the field shows them.
-static enum status scale_light(struct bake_job *job, struct exit_list *exits, float scale[3], struct error *error) {
-    double flux[3], noise[3];
-    enum status status = light_field_finish(job->light.field, error);
-    if (status != STATUS_OK) return status;
-    status = light_field_exits(job->light.field, &job->lamp, job->guide, job->field_lines, job->most_field_lines, exits,
-                               flux, noise, error);
-    if (status != STATUS_OK) return status;
+static void add_flux(const struct exit_list *exits, double flux[3]) {
+    for (int c = 0; c < 3; c++) flux[c] = 0;
+    for (size_t i = 0; i < exits->count; i++)
+        for (int c = 0; c < 3; c++) flux[c] += (double)exits->exits[i].flux[c];
+}
+
+// Takes from the exits, and from the field's flux, what is above the ceiling.
+static enum status fit_ceiling(struct bake_job *job, struct exit_list *exits, const struct sampling_density *density,
+                               double flux[3], struct error *error) {
+    double before[3], after[3];
+    add_flux(exits, before);
+    enum status status =
+        light_field_fit_ceiling(job->light.field, density, exits->exits, exits->count, job->run->threads, error);
+    add_flux(exits, after);
+    for (int c = 0; c < 3; c++) flux[c] *= before[c] > 0 ? after[c] / before[c] : 1;
+    return status;
+}
+
+static void scale_light(struct bake_job *job, const double flux[3], const double noise[3], float scale[3]) {
     for (int c = 0; c < 3; c++) {
         scale[c] = flux[c] > 0 ? (float)(job->survey.flux[c] / flux[c]) : 1;
         if (job->survey.flux[c] > 0 && fabs((double)scale[c] - 1) > 0.25)
@@ -111,34 +122,40 @@ static enum status scale_light(struct bake_job *job, struct exit_list *exits, fl
                      100 * noise[c], 100 * job->survey.flux_noise[c]);
     }
     light_field_set_scale(job->light.field, scale);
-    for (size_t i = 0; i < exits->count; i++)
-        for (int c = 0; c < 3; c++) exits->exits[i].flux[c] *= scale[c];
-    return STATUS_OK;
 }
 
-// The sampling density is of the light field, not of the lamp: where the field is blurred, light is drawn there too,
-// and where it has glints that no exit has shown.
-static enum status build_density(struct bake_job *job, const struct exit_list *exits, struct baked_group *baked,
-                                 struct error *error) {
+// Ceiling, scale and sampling density of the trained field. The density is of the light field, not of the lamp: where
+// the field is blurred, light is drawn there too, and where it has glints that no exit has shown.
+static enum status finish_light(struct bake_job *job, struct baked_group *baked, float scale[3], struct error *error) {
+    const struct sampling_refinement plan = {job->density_lines, job->lamp.seed, job->run->threads};
+    struct light_field *field = job->light.field;
+    struct exit_list exits = {0}; // lines as the field shows them
+    double flux[3], noise[3];
     float anchors[SURVEY_CLUSTERS][3];
     for (size_t i = 0; i < job->survey.cluster_count; i++)
         memcpy(anchors[i], &job->survey.clusters[i].center, sizeof anchors[i]);
-    enum status status =
-        sampling_density_build(&baked->density, &job->lamp.proxy, (const float(*)[3])anchors, job->survey.cluster_count,
-                               exits->exits, exits->count, job->lamp.seed, job->run->threads, error);
-    if (status != STATUS_OK) return status;
-    const struct sampling_refinement plan = {job->density_lines, job->lamp.seed, job->run->threads};
-    return sampling_density_refine(&baked->density, job->light.field, &job->lamp.shape, &plan, error);
+    enum status status = light_field_finish(field, error);
+    if (status == STATUS_OK)
+        status = light_field_exits(field, &job->lamp, job->guide, job->field_lines, job->most_field_lines, &exits, flux,
+                                   noise, error);
+    if (status == STATUS_OK)
+        status = sampling_density_build(&baked->density, &job->lamp.proxy, (const float(*)[3])anchors,
+                                        job->survey.cluster_count, exits.exits, exits.count, job->lamp.seed,
+                                        job->run->threads, error);
+    if (status == STATUS_OK) status = fit_ceiling(job, &exits, baked->density, flux, error);
+    if (status == STATUS_OK) {
+        scale_light(job, flux, noise, scale);
+        status = sampling_density_refine(&baked->density, field, &job->lamp.shape, &plan, error);
+    }
+    exit_list_fini(&exits);
+    return status;
 }
 
 enum status bake_group_end(struct bake_job *job, struct error *error) {
     struct baked_group *baked = &job->baked[job->group];
-    struct exit_list exits = {0};
     float scale[3] = {1, 1, 1};
     enum status status =
-        job->paper ? STATUS_OK : scale_light(job, &exits, scale, error); // the published are not scaled
-    if (status == STATUS_OK && !job->paper) status = build_density(job, &exits, baked, error);
-    exit_list_fini(&exits);
+        job->paper ? STATUS_OK : finish_light(job, baked, scale, error); // the published stay as they are
     if (status != STATUS_OK) return status;
     if (job->group == 0) job->recipe = job->light.recipe;
     for (int c = 0; c < 3; c++) baked->flux[c] = (float)job->survey.flux[c];

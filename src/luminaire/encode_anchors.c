@@ -8,6 +8,8 @@
 
 enum { FLAT_LEVELS = 2, LEVELS = 4, MAX_SLICE_BITS = 14, MIN_SLICE_BITS = 6 };
 
+float anchor_contract(float distance) { return distance > 1 ? 2 - 1 / distance : distance; }
+
 static void anchors_plan(struct encoding *encoding) {
     int count = encoding->options.anchor_count;
     if (count == 0) return;
@@ -52,7 +54,8 @@ static void anchors_encode(const struct encoding *encoding, const struct line_bl
         float sign = wz < 0 ? -1.0f : 1.0f, a = -1 / (sign + wz), b = wx * wy * a;
         float x = ((1 + sign * wx * wx * a) * dx[l] + sign * b * dy[l] - sign * wx * dz[l]) * inverse;
         float y = (b * dx[l] + (sign + wy * wy * a) * dy[l] - wy * dz[l]) * inverse;
-        float r2 = x * x + y * y, r = sqrtf(r2), contract = r > 1 ? (2 - 1 / (r > 1 ? r : 1)) / (r > 1 ? r : 1) : 1;
+        float r2 = x * x + y * y, r = sqrtf(r2),
+              contract = r > 1 ? anchor_contract(r > 1 ? r : 1) / (r > 1 ? r : 1) : 1;
         set[0][l] = 0.5f + 0.25f * contract * x;
         set[1][l] = 0.5f + 0.25f * contract * y;
         input->slice[encoding->anchor_set][l] = nearest[l];

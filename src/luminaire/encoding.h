@@ -41,6 +41,8 @@ enum status encoding_options_check(const struct encoding_options *options, struc
 
 // Resolution of level k of `count`, in geometric steps from first to last.
 int encoding_resolution(int k, int count, float first, float last);
+// The distance at which a line passes an anchor, in anchor radii, as the encoding has it: ascending, below 2.
+float anchor_contract(float distance);
 // The octahedral map of warp.h over a block, to [0,1]^2.
 void octahedral_block(const float w[3][NET_LANES], float x[NET_LANES], float y[NET_LANES]);
 

@@ -129,7 +129,7 @@ static void forward_block(const struct field_net *net, const struct grid_input *
 }
 
 void field_net_eval(const struct field_net *net, int count, const float (*point)[3], const float (*w)[3],
-                    const struct hull_crossing *crossings, float *z, float *hit) {
+                    const struct hull_crossing *crossings, float *z, float *hit, float *passed) {
     struct line_block lines;
     struct grid_input input;
     line_block_load(&lines, net->center, net->radius, count, point, w);
@@ -140,4 +140,5 @@ void field_net_eval(const struct field_net *net, int count, const float (*point)
     else
         forward_block(net, &input, z);
     memcpy(hit, lines.hit, sizeof lines.hit);
+    if (passed) memcpy(passed, input.raw[net->encoding.anchor_raw], NET_LANES * sizeof *passed);
 }

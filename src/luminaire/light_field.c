@@ -135,15 +135,26 @@ void light_field_train(struct light_field *field, const struct line_sample *samp
 
 void light_field_plan(struct light_field *field, size_t steps) { field->net.trainer->rates.steps = steps; }
 
+// The colour is kept.
+static void keep_below_ceiling(const struct light_field *field, const float passed[NET_LANES], float *radiance) {
+    const float beyond = anchor_contract(field->ceiling_offset);
+    for (int l = 0; l < NET_LANES; l++) {
+        const float mean = (radiance[l] + radiance[NET_LANES + l] + radiance[2 * NET_LANES + l]) / 3;
+        const float factor = passed[l] > beyond && mean > field->ceiling ? field->ceiling / mean : 1;
+        for (int c = 0; c < FIELD_OUTPUTS; c++) radiance[c * NET_LANES + l] *= factor;
+    }
+}
+
 void light_field_eval(const struct light_field *field, size_t n, const float (*point)[3], const float (*w)[3],
                       float (*radiance)[3]) {
     for (size_t first = 0; first < n; first += NET_LANES) {
         int count = (int)(n - first < NET_LANES ? n - first : NET_LANES);
         _Alignas(64) float z[FIELD_OUTPUTS * NET_LANES];
-        float hit[NET_LANES];
-        field_net_eval(&field->net, count, point + first, w + first, NULL, z, hit);
+        float hit[NET_LANES], passed[NET_LANES];
+        field_net_eval(&field->net, count, point + first, w + first, NULL, z, hit, field->ceiling > 0 ? passed : NULL);
         for (int i = 0; i < FIELD_OUTPUTS * NET_LANES; i++) z[i] = clamp_log(z[i]);
         kernel_best()->exponential(z, FIELD_OUTPUTS * NET_LANES);
+        if (field->ceiling > 0) keep_below_ceiling(field, passed, z);
         for (int l = 0; l < count; l++)
             for (int c = 0; c < 3; c++)
                 radiance[first + (size_t)l][c] = z[c * NET_LANES + l] * field->radiance_unit * field->scale[c] * hit[l];

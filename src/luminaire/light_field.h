@@ -7,6 +7,7 @@
 struct light_field {
     struct field_net net;
     float radiance_unit, scale[3];
+    float ceiling_offset, ceiling; // see light_field_fit_ceiling: in anchor radii; in units before the scale, 0: none
     enum light_loss loss;
 };
 

@@ -204,6 +204,18 @@ static enum status read_density(const struct reader *reader, const char *prefix,
     return STATUS_OK;
 }
 
+static enum status read_ceiling(const struct reader *reader, const char *prefix, struct light_field *light) {
+    char name[EMISSION_PREFIX + 8];
+    float ceiling[2];
+    snprintf(name, sizeof name, "%sceiling", prefix);
+    if (!safetensors_find(reader->file, name)) return STATUS_OK;
+    if (!take_floats(reader, prefix, "ceiling", 2, ceiling)) return STATUS_INVALID;
+    if (!(ceiling[0] >= 0) || !(ceiling[1] > 0)) return fail(reader, "the light's ceiling is out of range");
+    light->ceiling_offset = ceiling[0];
+    light->ceiling = ceiling[1];
+    return STATUS_OK;
+}
+
 static enum status read_emission(const struct reader *reader, const struct luminaire *l, int group,
                                  struct emission *emission) {
     const struct proxy *proxy = &l->shape.proxy;
@@ -218,7 +230,10 @@ static enum status read_emission(const struct reader *reader, const struct lumin
     if (!emission->light) return error_set(reader->error, STATUS_MEMORY, "%s: out of memory", reader->name);
     emission->light->radiance_unit = unit[0];
     memcpy(emission->light->scale, unit + 1, sizeof emission->light->scale);
-    enum status status = read_net(reader, prefix, proxy, &emission->light->net);
+    enum status status = read_ceiling(reader, prefix, emission->light);
+    if (!status) status = read_net(reader, prefix, proxy, &emission->light->net);
+    if (!status && emission->light->ceiling > 0 && emission->light->net.encoding.options.anchor_count == 0)
+        return fail(reader, "the light has a ceiling but no anchors");
     if (!status && emission->light->net.encoding.options.use_hull) return fail(reader, "the light field needs a hull");
     emission_prefix(prefix, group, "sampling.");
     if (!status) status = read_density(reader, prefix, proxy, &emission->density);

@@ -11,7 +11,7 @@ enum { LAMP_TENSORS = 12 + HULL_TENSORS, EMISSION_TENSORS = 14 + VIEW_TENSORS };
 enum { MAX_TENSORS = LAMP_TENSORS + LUMINAIRE_MAX_GROUPS * EMISSION_TENSORS };
 
 struct emission_numbers { // what tensors of one emission point to
-    float light[4], net[NET_NUMBERS], cones[2 * CONE_COUNT], view[VIEW_NUMBERS];
+    float light[4], ceiling[2], net[NET_NUMBERS], cones[2 * CONE_COUNT], view[VIEW_NUMBERS];
     uint32_t directions;
 };
 
@@ -79,6 +79,9 @@ static void put_emission(struct writer *writer, int group, const struct emission
     memcpy(numbers->light + 1, emission->light->scale, sizeof emission->light->scale);
     emission_prefix(prefix, group, "light.");
     put(writer, prefix, "unit", TENSOR_F32, 4, 0, numbers->light);
+    numbers->ceiling[0] = emission->light->ceiling_offset;
+    numbers->ceiling[1] = emission->light->ceiling;
+    if (emission->light->ceiling > 0) put(writer, prefix, "ceiling", TENSOR_F32, 2, 0, numbers->ceiling);
     put_net(writer, prefix, &emission->light->net, numbers->net);
     emission_prefix(prefix, group, "sampling.");
     put_density(writer, prefix, emission->density, numbers);

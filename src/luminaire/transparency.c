@@ -169,7 +169,7 @@ static void answer(const struct transparency *t, struct asked *asked, float (*tr
     float hit[NET_LANES];
     for (int l = asked->count; l < NET_LANES; l++) asked->crossings[l] = asked->crossings[0];
     field_net_eval(&t->net, asked->count, (const float(*)[3])asked->point, (const float(*)[3])asked->w,
-                   asked->crossings, z, hit);
+                   asked->crossings, z, hit, NULL);
     sigmoid(z, FIELD_OUTPUTS * NET_LANES);
     for (int l = 0; l < asked->count; l++)
         for (int c = 0; c < 3; c++) transmittance[asked->line[l]][c] = hit[l] > 0 ? z[c * NET_LANES + l] : 1;
