@@ -92,24 +92,6 @@ enum status bake_group_begin(struct bake_job *job, size_t group, struct error *e
     return bake_folder(job, group, error);
 }
 
-static void add_flux(const struct exit_list *exits, double flux[3]) {
-    for (int c = 0; c < 3; c++) flux[c] = 0;
-    for (size_t i = 0; i < exits->count; i++)
-        for (int c = 0; c < 3; c++) flux[c] += (double)exits->exits[i].flux[c];
-}
-
-// Takes from the exits, and from the field's flux, what is above the ceiling.
-static enum status fit_ceiling(struct bake_job *job, struct exit_list *exits, const struct sampling_density *density,
-                               double flux[3], struct error *error) {
-    double before[3], after[3];
-    add_flux(exits, before);
-    enum status status =
-        light_field_fit_ceiling(job->light.field, density, exits->exits, exits->count, job->run->threads, error);
-    add_flux(exits, after);
-    for (int c = 0; c < 3; c++) flux[c] *= before[c] > 0 ? after[c] / before[c] : 1;
-    return status;
-}
-
 static void scale_light(struct bake_job *job, const double flux[3], const double noise[3], float scale[3]) {
     for (int c = 0; c < 3; c++) {
         scale[c] = flux[c] > 0 ? (float)(job->survey.flux[c] / flux[c]) : 1;
@@ -130,7 +112,7 @@ static enum status finish_light(struct bake_job *job, struct baked_group *baked,
     const struct sampling_refinement plan = {job->density_lines, job->lamp.seed, job->run->threads};
     struct light_field *field = job->light.field;
     struct exit_list exits = {0}; // lines as the field shows them
-    double flux[3], noise[3];
+    double flux[3], noise[3], left[3]; // left: of the flux, by the ceiling
     float anchors[SURVEY_CLUSTERS][3];
     for (size_t i = 0; i < job->survey.cluster_count; i++)
         memcpy(anchors[i], &job->survey.clusters[i].center, sizeof anchors[i]);
@@ -142,8 +124,11 @@ static enum status finish_light(struct bake_job *job, struct baked_group *baked,
         status = sampling_density_build(&baked->density, &job->lamp.proxy, (const float(*)[3])anchors,
                                         job->survey.cluster_count, exits.exits, exits.count, job->lamp.seed,
                                         job->run->threads, error);
-    if (status == STATUS_OK) status = fit_ceiling(job, &exits, baked->density, flux, error);
+    if (status == STATUS_OK)
+        status =
+            light_field_fit_ceiling(field, baked->density, exits.exits, exits.count, job->run->threads, left, error);
     if (status == STATUS_OK) {
+        for (int c = 0; c < 3; c++) flux[c] *= left[c];
         scale_light(job, flux, noise, scale);
         status = sampling_density_refine(&baked->density, field, &job->lamp.shape, &plan, error);
     }

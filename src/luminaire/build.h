@@ -123,11 +123,13 @@ size_t sampling_density_bytes(size_t anchor_count); // in a file, at most
 // Sets the ceiling of a finished field, before its final scale: no line that passes every anchor beyond the density's
 // cones shows more than some radiance (mean of the channels, the colour is kept). What is brighter has been learned by
 // heart from single exits, and makes most of the noise of light samples. The ceiling takes LIGHT_CEILING_SHARE of the
-// flux of `exits`, light_field_exits' lines, or less where there is little such light; they lose it too. Where that
-// takes less than three tenths of the second moment of such light, and without anchors, there is none.
+// flux of `exits`, light_field_exits' lines, or less where there is little such light; what it leaves of each channel's
+// is `left`. Where it would take less than three tenths of the second moment of such light, and without anchors, there
+// is none.
 #define LIGHT_CEILING_SHARE 0.0025
 enum status light_field_fit_ceiling(struct light_field *field, const struct sampling_density *density,
-                                    struct line_exit *exits, size_t exit_count, int threads, struct error *error);
+                                    const struct line_exit *exits, size_t exit_count, int threads, double left[3],
+                                    struct error *error);
 
 // The same anew, by what the finished light field shows along lines that the density draws from 1.02 to 8 radii, in
 // SAMPLING_ROUNDS rounds: the last has `lines` (0: none of this), those before a quarter each. The anchors' cones stay.

@@ -2,6 +2,7 @@
 // other light has been bent or scattered, and the tables cannot resolve a bulb's image in a crystal: where they show it
 // nearly as bright as the bulb, they repeat one exit that training has shown them. On a lamp of 238 crystals 0.07 % of
 // the light samples, with 1.5 % of the flux, had 43 % of the second moment (docs/experiments.md).
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -26,8 +27,6 @@ struct bent_job {
     struct bent_line *lines;
 };
 
-static float mean_of(const float channels[3]) { return (channels[0] + channels[1] + channels[2]) / 3; }
-
 static void find_block(void *user, size_t block, int worker) {
     (void)worker;
     const struct bent_job *job = user;
@@ -39,12 +38,11 @@ static void find_block(void *user, size_t block, int worker) {
     }
     light_field_eval(job->field, n, (const float(*)[3])point, (const float(*)[3])w, radiance);
     for (size_t i = 0; i < n; i++) {
-        float distance;
-        sampling_nearest_anchor(job->density, vec3_make(point[i][0], point[i][1], point[i][2]),
-                                vec3_make(w[i][0], w[i][1], w[i][2]), &distance);
-        const bool bent = distance > job->density->cone_radius[CONE_COUNT - 1];
+        const struct line_exit *exit = &job->exits[begin + i];
+        const int anchor = sampling_anchor_of(job->density, vec3_make(point[i][0], point[i][1], point[i][2]),
+                                              vec3_make(w[i][0], w[i][1], w[i][2]));
         job->lines[begin + i] =
-            (struct bent_line){mean_of(radiance[i]), bent ? mean_of(job->exits[begin + i].flux) : 0, begin + i};
+            (struct bent_line){sampling_mean(radiance[i]), anchor < 0 ? sampling_mean(exit->flux) : 0, begin + i};
     }
 }
 
@@ -73,9 +71,23 @@ static float find_ceiling(const struct bent_line *lines, size_t count, double sh
     return left < most_left * second ? ceiling : 0;
 }
 
+// What of the exits' flux a ceiling leaves, by channel.
+static void find_left(const struct line_exit *exits, size_t exit_count, const struct bent_line *lines, size_t count,
+                      float ceiling, double left[3]) {
+    double before[3] = {0}, lost[3] = {0};
+    for (size_t i = 0; i < exit_count; i++)
+        for (int c = 0; c < 3; c++) before[c] += (double)exits[i].flux[c];
+    for (size_t i = 0; i < count && lines[i].radiance > ceiling; i++)
+        for (int c = 0; c < 3; c++)
+            lost[c] += (double)exits[lines[i].exit].flux[c] * (1 - (double)(ceiling / lines[i].radiance));
+    for (int c = 0; c < 3; c++) left[c] = before[c] > 0 ? 1 - lost[c] / before[c] : 1;
+}
+
 enum status light_field_fit_ceiling(struct light_field *field, const struct sampling_density *density,
-                                    struct line_exit *exits, size_t exit_count, int threads, struct error *error) {
+                                    const struct line_exit *exits, size_t exit_count, int threads, double left[3],
+                                    struct error *error) {
     const struct encoding_options *options = &field->net.encoding.options;
+    left[0] = left[1] = left[2] = 1;
     if (options->anchor_count == 0 || density->anchor_count == 0) return STATUS_OK;
     struct bent_line *lines = malloc((exit_count + 1) * sizeof *lines);
     if (!lines) return error_set(error, STATUS_MEMORY, "out of memory for the ceiling of a light field");
@@ -84,19 +96,17 @@ enum status light_field_fit_ceiling(struct light_field *field, const struct samp
     double all = 0, bent = 0;
     size_t count = 0;
     for (size_t i = 0; i < exit_count; i++) {
-        all += (double)mean_of(exits[i].flux);
+        all += (double)sampling_mean(exits[i].flux);
         bent += (double)lines[i].flux;
         if (lines[i].flux > 0) lines[count++] = lines[i];
     }
     qsort(lines, count, sizeof *lines, brighter_first);
-    const double share =
-        LIGHT_CEILING_SHARE * all < most_of_bent * bent ? LIGHT_CEILING_SHARE * all : most_of_bent * bent;
-    const float ceiling = find_ceiling(lines, count, share);
-    for (size_t i = 0; i < count && ceiling > 0 && lines[i].radiance > ceiling; i++)
-        for (int c = 0; c < 3; c++) exits[lines[i].exit].flux[c] *= ceiling / lines[i].radiance;
+    const float ceiling = find_ceiling(lines, count, fmin(LIGHT_CEILING_SHARE * all, most_of_bent * bent));
+    if (ceiling > 0) {
+        find_left(exits, exit_count, lines, count, ceiling, left);
+        field->ceiling_offset = density->cone_radius[CONE_COUNT - 1] / (options->anchor_radius * field->net.radius);
+        field->ceiling = ceiling / field->radiance_unit;
+    }
     free(lines);
-    if (!(ceiling > 0)) return STATUS_OK;
-    field->ceiling_offset = density->cone_radius[CONE_COUNT - 1] / (options->anchor_radius * field->net.radius);
-    field->ceiling = ceiling / field->radiance_unit;
     return STATUS_OK;
 }

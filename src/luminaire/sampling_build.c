@@ -18,12 +18,6 @@ static const float nearest_view = 1.02f, farthest_view = 8; // from where lines 
 
 static vec3 vec3_from(const float v[3]) { return vec3_make(v[0], v[1], v[2]); }
 
-// All channels count alike, so that no colour goes unsampled.
-static float mean_of(const float channels[3]) {
-    const float mean = (channels[0] + channels[1] + channels[2]) / 3;
-    return mean > 0 && isfinite(mean) ? mean : 0;
-}
-
 static float profile_radius(int bin) { // outer radius of a bin, in radii of the proxy
     return profile_first * powf(profile_last / profile_first, (float)(bin + 1) / PROFILE_BINS);
 }
@@ -87,7 +81,7 @@ static void assign_anchors(struct sampling_density *density, struct sampling_lin
 static size_t lines_from_exits(const struct line_exit *exits, size_t count, struct sampling_line *lines) {
     size_t kept = 0;
     for (size_t i = 0; i < count; i++) {
-        const float flux = mean_of(exits[i].flux);
+        const float flux = sampling_mean(exits[i].flux);
         if (flux > 0)
             lines[kept++] =
                 (struct sampling_line){.point = vec3_from(exits[i].point), .w = vec3_from(exits[i].w), .flux = flux};
@@ -163,17 +157,16 @@ static void draw_block(void *user, size_t block, int worker) {
     light_field_eval(drawing->field, BLOCK, (const float(*)[3])s, (const float(*)[3])w, radiance);
     for (size_t i = 0; i < BLOCK; i++) {
         struct sampling_line *line = &drawing->lines[block * BLOCK + i];
-        *line = (struct sampling_line){.point = vec3_from(s[i]), .w = vec3_from(w[i]), .anchor = -1};
+        *line = (struct sampling_line){.point = vec3_from(s[i]), .w = vec3_from(w[i])};
         const vec3 out = vec3_sub(line->point, density->center);
-        float t_near, t_far, passed;
+        float t_near, t_far;
         if (!(pdf_sa[i] > 0) || !proxy_shape_span(drawing->shape, s[i], direction[i], &t_near, &t_far)) continue;
-        line->radiance = mean_of(radiance[i]);
+        line->radiance = sampling_mean(radiance[i]);
         // Of the lines through the sphere about the view: its area, and the cosine there.
         const float area_cosine = fmaxf(vec3_dot(out, line->w), 0) * vec3_length(out);
         const float flux = line->radiance * area_cosine / pdf_sa[i];
         if (isfinite(flux)) line->flux = flux;
-        const int anchor = sampling_nearest_anchor(density, line->point, line->w, &passed);
-        if (anchor >= 0 && passed <= density->cone_radius[CONE_COUNT - 1]) line->anchor = anchor;
+        line->anchor = sampling_anchor_of(density, line->point, line->w);
     }
 }
 

@@ -35,6 +35,11 @@ void sampling_sums_fini(struct sampling_sums *sums) {
     *sums = (struct sampling_sums){0};
 }
 
+float sampling_mean(const float channels[3]) {
+    const float mean = (channels[0] + channels[1] + channels[2]) / 3;
+    return mean > 0 && isfinite(mean) ? mean : 0;
+}
+
 // --- Anchors ---
 int sampling_nearest_anchor(const struct sampling_density *density, vec3 point, vec3 w, float *distance) {
     float best = INFINITY;
@@ -48,6 +53,12 @@ int sampling_nearest_anchor(const struct sampling_density *density, vec3 point, 
     }
     *distance = sqrtf(best);
     return nearest;
+}
+
+int sampling_anchor_of(const struct sampling_density *density, vec3 point, vec3 w) {
+    float distance;
+    const int anchor = sampling_nearest_anchor(density, point, w, &distance);
+    return distance <= density->cone_radius[CONE_COUNT - 1] ? anchor : -1;
 }
 
 void sampling_add_intensity(struct sampling_density *density, const struct sampling_line *line) {

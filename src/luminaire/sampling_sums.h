@@ -28,6 +28,10 @@ void sampling_sums_encode(const struct sampling_sums *sums); // the density's co
 
 // The nearest anchor to a line, -1: there are none; and how near.
 int sampling_nearest_anchor(const struct sampling_density *density, vec3 point, vec3 w, float *distance);
+// The anchor whose cones draw a line, -1: none.
+int sampling_anchor_of(const struct sampling_density *density, vec3 point, vec3 w);
+// All channels count alike, so that no colour goes unsampled. 0 where that is no positive number.
+float sampling_mean(const float channels[3]);
 // Intensities of the anchors, from sums of the flux of their lines.
 void sampling_add_intensity(struct sampling_density *density, const struct sampling_line *line);
 void sampling_end_intensities(struct sampling_density *density);

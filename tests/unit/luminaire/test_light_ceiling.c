@@ -18,9 +18,9 @@ enum { LINES = 60000, STEPS = 100, BATCH = 4000, ANCHORS = 4 }; // the other fou
 struct fitted {
     struct light_field *field;
     struct sampling_density *density;
-    struct line_exit *exits; // after the fit
+    struct line_exit *exits;
     float (*point)[3], (*w)[3], (*before)[3], (*after)[3]; // of the same lines
-    double flux_before, flux_after, bent_before; // sums of the exits'; of those that pass all anchors
+    double flux_before, flux_after, bent_before; // sums of the exits'; before, of those that pass all anchors
 };
 
 static struct light_field *train(const struct lamp *lamp) {
@@ -51,10 +51,8 @@ static struct light_field *train(const struct lamp *lamp) {
 static double mean_of(const float v[3]) { return ((double)v[0] + (double)v[1] + (double)v[2]) / 3; }
 
 static bool is_bent(const struct fitted *f, size_t i) {
-    float distance;
-    sampling_nearest_anchor(f->density, vec3_make(f->point[i][0], f->point[i][1], f->point[i][2]),
-                            vec3_make(f->w[i][0], f->w[i][1], f->w[i][2]), &distance);
-    return distance > f->density->cone_radius[CONE_COUNT - 1];
+    return sampling_anchor_of(f->density, vec3_make(f->point[i][0], f->point[i][1], f->point[i][2]),
+                              vec3_make(f->w[i][0], f->w[i][1], f->w[i][2])) < 0;
 }
 
 // Leaves of the lines that pass all anchors the dim ones and, with this share of the flux, the brightest.
@@ -102,13 +100,17 @@ static void fit(struct fitted *f, double spots) {
                                             LINES, 1, 1, &error),
                      STATUS_OK);
     make_spots(f, spots);
+    double flux[3] = {0}, left[3];
     for (size_t i = 0; i < LINES; i++) {
-        f->flux_before += mean_of(f->exits[i].flux);
+        for (int c = 0; c < 3; c++) flux[c] += f->exits[i].flux[c];
         if (is_bent(f, i)) f->bent_before += mean_of(f->exits[i].flux);
     }
-    assert_int_equal(light_field_fit_ceiling(f->field, f->density, f->exits, LINES, 2, &error), STATUS_OK);
+    assert_int_equal(light_field_fit_ceiling(f->field, f->density, f->exits, LINES, 2, left, &error), STATUS_OK);
     light_field_eval(f->field, LINES, (const float(*)[3])f->point, (const float(*)[3])f->w, f->after);
-    for (size_t i = 0; i < LINES; i++) f->flux_after += mean_of(f->exits[i].flux);
+    for (int c = 0; c < 3; c++) {
+        f->flux_before += flux[c] / 3;
+        f->flux_after += flux[c] * left[c] / 3;
+    }
 }
 
 static void fitted_fini(struct fitted *f) {
