@@ -39,13 +39,13 @@ static enum status worker_init(struct path_worker *worker, const struct scene *s
     worker->paths = calloc(PATH_BLOCK, sizeof *worker->paths);
     worker->active = calloc(PATH_BLOCK, sizeof *worker->active);
     worker->hits = calloc(PATH_BLOCK, sizeof *worker->hits);
-    worker->shadows = calloc(2 * PATH_BLOCK, sizeof *worker->shadows);
-    worker->requests = calloc(2 * PATH_BLOCK, sizeof *worker->requests);
-    worker->points = calloc(2 * PATH_BLOCK, sizeof *worker->points);
-    worker->numbers = calloc(2 * PATH_BLOCK, sizeof *worker->numbers);
-    worker->directions = calloc(2 * PATH_BLOCK, sizeof *worker->directions);
-    worker->pdfs = calloc(2 * PATH_BLOCK, sizeof *worker->pdfs);
-    enum status status = crossing_batch_init(&worker->crossings, scene, 2 * PATH_BLOCK, error);
+    worker->shadows = calloc(PATH_MOST_SHADOWS, sizeof *worker->shadows);
+    worker->requests = calloc(PATH_MOST_SHADOWS, sizeof *worker->requests);
+    worker->points = calloc(PATH_MOST_SHADOWS, sizeof *worker->points);
+    worker->numbers = calloc(PATH_MOST_SHADOWS, sizeof *worker->numbers);
+    worker->directions = calloc(PATH_MOST_SHADOWS, sizeof *worker->directions);
+    worker->pdfs = calloc(PATH_MOST_SHADOWS, sizeof *worker->pdfs);
+    enum status status = crossing_batch_init(&worker->crossings, scene, PATH_MOST_SHADOWS, error);
     if (status != STATUS_OK) return status;
     size_t crossings = scene->unbiased ? worker->crossings.capacity : 0;
     worker->walks = calloc(crossings + 1, sizeof *worker->walks);
@@ -63,6 +63,7 @@ static void tracer_destroy(void *state) {
     for (int i = 0; tracer->workers && i < tracer->worker_count; i++) worker_fini(&tracer->workers[i]);
     free(tracer->workers);
     free(tracer->lobes);
+    free(tracer->lights_of_tiles);
     free(tracer->expected);
     path_guide_destroy(tracer->guide);
     radiance_cache_destroy(tracer->cache);
@@ -154,17 +155,20 @@ static enum status render_pass(void *state, struct film *film, uint64_t pass, co
     tracer->run = run;
     tracer->cancelled = false;
     size_t pixels = (size_t)film->width * (size_t)film->height;
+    tracer->tiles_x = (film->width + PATH_TILE - 1) / PATH_TILE;
+    const size_t tiles = (size_t)tracer->tiles_x * (size_t)((film->height + PATH_TILE - 1) / PATH_TILE);
     if (!tracer->expected) tracer->expected = calloc(pixels, sizeof *tracer->expected);
-    if (!tracer->expected) return error_set(error, STATUS_MEMORY, "out of memory for a film of %zu pixels", pixels);
+    if (!tracer->lights_of_tiles) tracer->lights_of_tiles = calloc(tiles, sizeof *tracer->lights_of_tiles);
+    if (!tracer->expected || !tracer->lights_of_tiles)
+        return error_set(error, STATUS_MEMORY, "out of memory for a film of %zu pixels", pixels);
     if (tracer->shares && !tracer->shared) {
         enum status status = shared_light_create(&tracer->shared, film->width, film->height, error);
         if (status) return status;
     }
     path_expect(tracer);
+    path_light_learn(tracer);
     path_guide_learn(tracer);
     path_cache_learn(tracer);
-    tracer->tiles_x = (film->width + PATH_TILE - 1) / PATH_TILE;
-    size_t tiles = (size_t)tracer->tiles_x * (size_t)((film->height + PATH_TILE - 1) / PATH_TILE);
     parallel_for(run->threads < tracer->worker_count ? run->threads : tracer->worker_count, tiles, trace_tile, tracer);
     enum status status = STATUS_OK;
     if (tracer->caustic && !tracer->cancelled)

@@ -21,6 +21,8 @@ void path_generate(const struct path_tracer *tracer, struct path_worker *worker,
             path->depth = 0;
             path->edge = 0;
             path->pixel = (uint32_t)y * (uint32_t)tracer->film->width + (uint32_t)x;
+            path->look_lights = tracer->lights_of_tiles[tile].count;
+            path->first_light = tracer->lights_of_tiles[tile].first;
             path->eta = 1;
             path->expected = tracer->expected[path->pixel];
             path->pdf = 0;

@@ -1,6 +1,6 @@
-// Path tracer: one light sample for every path that stands on a surface with a smooth part (next-event estimation).
-// Samples of baked lamps are drawn in one batch for each lamp; their light field is asked when it is known which
-// arrive.
+// Path tracer: light samples for every path that stands on a surface with a smooth part (next-event estimation): one
+// or, where the camera looks, as many as path_light_count.c says. Those of baked lamps are drawn in one batch for each
+// lamp; their light field is asked when it is known which arrive.
 #include "trace/path_state.h"
 
 static void shadow_add(struct path_worker *worker, uint32_t index, uint32_t luminaire, const struct ray *ray,
@@ -22,10 +22,10 @@ rgb path_response(const struct path *path, vec3 direction, float *pdf_bsdf) {
 }
 
 static void sample_emitter(const struct path_tracer *tracer, struct path_worker *worker, uint32_t index,
-                           const struct light_choice *choice) {
+                           const struct light_choice *choice, int number) {
     struct path *path = &worker->paths[index];
     const struct emitter *emitter = choice->emitter;
-    struct sampler sampler = path_sampler(path, PATH_DIMENSION_LIGHT);
+    struct sampler sampler = path_light_sampler(path, PATH_DIMENSION_LIGHT, number);
     struct light_sample light;
     if (!emitter->type->sample_light(emitter, path->surface.p, sampler_2d(&sampler), &light) || !(light.pdf_sa > 0))
         return;
@@ -75,8 +75,11 @@ static void sample_luminaire(const struct path_tracer *tracer, struct path_worke
         const struct mirror *mirror = requests[i].mirror;
         const vec3 from = mirror ? mirror_image(mirror, path->surface.p) : path->surface.p;
         vec3_store(worker->points[i], luminaire_local_point(instance, from));
-        struct sampler sampler = path_sampler(path, mirror ? PATH_DIMENSION_MIRROR + 1 : PATH_DIMENSION_LIGHT),
-                       third = path_sampler(path, mirror ? PATH_DIMENSION_MIRROR + 2 : PATH_DIMENSION_LIGHT_THIRD);
+        const int number = requests[i].number;
+        struct sampler sampler =
+            path_light_sampler(path, mirror ? PATH_DIMENSION_MIRROR + 1 : PATH_DIMENSION_LIGHT, number);
+        struct sampler third =
+            path_light_sampler(path, mirror ? PATH_DIMENSION_MIRROR + 2 : PATH_DIMENSION_LIGHT_THIRD, number);
         vec2 u = sampler_2d(&sampler);
         worker->numbers[i][0] = u.x;
         worker->numbers[i][1] = u.y;
@@ -100,16 +103,17 @@ static void sample_luminaire(const struct path_tracer *tracer, struct path_worke
 }
 
 // A light of the room: samples an emitter at once, leaves a request for a lamp.
-static void choose_light(const struct path_tracer *tracer, struct path_worker *worker, uint32_t index) {
+static void choose_light(const struct path_tracer *tracer, struct path_worker *worker, uint32_t index, int number) {
     const struct path *path = &worker->paths[index];
-    struct sampler sampler = path_sampler(path, PATH_DIMENSION_LIGHT_CHOICE);
+    struct sampler sampler = path_light_sampler(path, PATH_DIMENSION_LIGHT_CHOICE, number);
     struct light_choice choice;
     if (!light_select_sample(tracer->lights, &path->vertex, sampler_1d(&sampler), &choice)) return;
+    choice.pmf *= (float)path_light_count(path);
     if (choice.emitter)
-        sample_emitter(tracer, worker, index, &choice);
+        sample_emitter(tracer, worker, index, &choice, number);
     else if (tracer->strategy != PATH_BSDF_ONLY)
         worker->requests[worker->request_count++] =
-            (struct luminaire_request){index, choice.luminaire, NULL, choice.pmf};
+            (struct luminaire_request){index, choice.luminaire, NULL, choice.pmf, number};
 }
 
 void path_light(const struct path_tracer *tracer, struct path_worker *worker) {
@@ -119,7 +123,8 @@ void path_light(const struct path_tracer *tracer, struct path_worker *worker) {
         const struct path *path = &worker->paths[index];
         if (path->cached || path->status != PATH_SCATTERS || !(surface_bsdf_flags(&path->surface) & BSDF_SMOOTH))
             continue;
-        choose_light(tracer, worker, index);
+        const int count = path_light_count(path);
+        for (int number = 0; number < count; number++) choose_light(tracer, worker, index, number);
         if (path_samples_mirrors(tracer, path))
             worker->requests[worker->request_count++] = path_mirror_request(tracer, path, index);
     }

@@ -42,7 +42,7 @@ struct luminaire_request path_mirror_request(const struct path_tracer *tracer, c
     const vec2 u = sampler_2d(&sampler);
     return (struct luminaire_request){index, (uint32_t)(u.x * (float)tracer->scene->luminaire_count),
                                       &tracer->mirrors.mirrors[(size_t)(u.y * (float)tracer->mirrors.count)],
-                                      choice_pmf(tracer)};
+                                      choice_pmf(tracer), 0};
 }
 
 void path_mirror_sample(const struct path_tracer *tracer, struct path_worker *worker,

@@ -31,6 +31,7 @@ static bool path_bounce(const struct path_tracer *tracer, struct path_worker *wo
     path->eta *= sample.eta;
     path_mirror_scatter(tracer, path, &sample);
     path->pdf = sample.delta ? 0 : sample.pdf;
+    path->light_count = (float)path_light_count(path);
     path->look = path->look && sample.delta;
     path->through = -1;
     if (path->depth == 0) path->may_be_caustic = !sample.delta && path->vertex.live < 0;

@@ -18,6 +18,10 @@
 #include "trace/shared_view.h"
 
 enum { PATH_STAGES = 10, PATH_TILE = 32, PATH_BLOCK = PATH_TILE * PATH_TILE };
+enum {
+    PATH_MOST_LIGHTS = 4,
+    PATH_MOST_SHADOWS = (PATH_MOST_LIGHTS + 1) * PATH_BLOCK
+}; // light samples; one by a mirror
 
 // Random dimensions of one path: the camera's, then a fixed share for every edge.
 enum path_dimension {
@@ -71,6 +75,13 @@ struct path_share {
     struct shared_sample samples[SHARED_LAYERS]; // the last is of where the path stands or has left
 };
 
+struct path_lights { // light samples where the camera looks, of the paths of a tile
+    int count; // of each
+    uint32_t first; // how many those of a pixel in earlier passes have drawn
+    float inverse_counts; // the sum of 1 / count over these passes
+    float noise, rest; // relative variance of one light sample, and of all else in a path
+};
+
 struct path {
     struct ray ray;
     struct sampler sampler;
@@ -81,6 +92,9 @@ struct path {
     uint32_t pixel; // in the film
     float eta; // product of the relative indices of refraction
     float expected; // luminance of the pixel as earlier passes found it; 0: not known
+    int look_lights; // light samples where the camera looks
+    uint32_t first_light; // number of the first of them
+    float light_count; // of those at `vertex`
     float pdf; // [1/sr] of the ray's direction at `vertex`; 0: camera or delta, which no light sample can give
     struct light_point vertex; // where the path scattered last, as light_select sees it
     bool look; // camera ray, or delta scattering only since
@@ -122,12 +136,12 @@ struct path_worker {
     uint32_t *active; // indices of the paths that go on
     size_t active_count;
     struct scene_hit *hits; // PATH_BLOCK, of the active paths in turn
-    struct shadow *shadows; // 2 PATH_BLOCK: at most two a path and edge
+    struct shadow *shadows; // PATH_MOST_SHADOWS
     size_t shadow_count;
     struct crossing_batch crossings;
-    struct luminaire_request *requests; // 2 PATH_BLOCK, see path_light.c
+    struct luminaire_request *requests; // PATH_MOST_SHADOWS, see path_light.c
     size_t request_count;
-    float (*points)[3], (*numbers)[3], (*directions)[3], *pdfs; // 2 PATH_BLOCK
+    float (*points)[3], (*numbers)[3], (*directions)[3], *pdfs; // PATH_MOST_SHADOWS
     struct line_walk *walks; // of the crossings; this and `responses` only with tracer->residual
     rgb *responses; // to the light samples among the crossings
     double stage_s[PATH_STAGES]; // spent in each of path_stages, for bench/transport.c
@@ -159,13 +173,15 @@ struct path_tracer {
     const struct run *run;
     bool cancelled;
     float tellers; // share of the paths that tell the cache
+    struct path_lights *lights_of_tiles; // by path_light_count.c
     float *expected, typical; // by path_roulette.c: for every pixel, and of the whole picture
 };
 
 struct luminaire_request { // for a light sample
     uint32_t path, luminaire;
     const struct mirror *mirror; // in which the lamp is seen, or NULL
-    float pmf;
+    float pmf; // times the path's light samples of this kind
+    int number; // of them
 };
 
 struct path_stage {
@@ -189,6 +205,10 @@ void path_light_residual(const struct path_tracer *tracer, struct path_worker *w
 void path_shadow(const struct path_tracer *tracer, struct path_worker *worker);
 void path_arrive(const struct path_tracer *tracer, struct path_worker *worker);
 void path_scatter(const struct path_tracer *tracer, struct path_worker *worker);
+
+// Light samples where the camera looks, see path_light_count.c.
+void path_light_learn(struct path_tracer *tracer); // before a pass
+static inline int path_light_count(const struct path *path) { return path->look ? path->look_lights : 1; }
 
 // Russian roulette by what earlier passes found.
 void path_expect(struct path_tracer *tracer); // before a pass
@@ -270,6 +290,13 @@ static inline struct sampler path_sampler(const struct path *path, enum path_dim
     return sampler;
 }
 
+// Of one of the path's light samples where it stands: all that a pixel has there are points of one sequence.
+static inline struct sampler path_light_sampler(const struct path *path, enum path_dimension dimension, int number) {
+    struct sampler sampler = path_sampler(path, dimension);
+    if (path->look) sampler.index = sampler_reverse_bits(path->first_light + (uint32_t)number);
+    return sampler;
+}
+
 static inline void path_add(struct path_worker *worker, struct path *path, rgb contribution) {
     if (rgb_is_finite(contribution))
         path->radiance = rgb_add(path->radiance, contribution);
@@ -291,7 +318,7 @@ static inline float power_heuristic(float pdf, float other) {
 // Weight of light that a ray met by chance, where a light sample would have come with `pdf_light` (0: never).
 static inline float path_hit_weight(const struct path_tracer *tracer, const struct path *path, float pdf_light) {
     if (path->pdf == 0 || tracer->strategy == PATH_BSDF_ONLY || !(pdf_light > 0)) return 1;
-    return tracer->strategy == PATH_LIGHTS_ONLY ? 0 : power_heuristic(path->pdf, pdf_light);
+    return tracer->strategy == PATH_LIGHTS_ONLY ? 0 : power_heuristic(path->pdf, path->light_count * pdf_light);
 }
 
 // The same for a crossing that has been answered.

@@ -102,3 +102,18 @@ void shared_light_splat(struct shared_light *shared, size_t pixel, const struct 
         return;
     }
 }
+
+void shared_light_variances(const struct shared_light *shared, size_t pixel, float variances[SHARED_PARTS]) {
+    for (int i = 0; i < SHARED_PARTS; i++) variances[i] = 0;
+    for (int k = 0; k < SHARED_LAYERS; k++) {
+        const struct shared_surface *surface = &shared->layers[k][pixel];
+        if (!surface->surface) break;
+        for (int i = 0; i < SHARED_PARTS; i++) {
+            const float *weights = surface->weights[i % SHARED_WEIGHTS], *light = surface->parts[i].light;
+            const float weight = rgb_luminance((rgb){weights[0], weights[1], weights[2]}) / surface->count;
+            const rgb sum = {light[0], light[1], light[2]};
+            const float squares = surface->parts[i].squares - rgb_luminance(rgb_mul(sum, sum)) / surface->count;
+            variances[i] += sqrf(weight) * maxf(squares, 0) / shared->paths[pixel];
+        }
+    }
+}

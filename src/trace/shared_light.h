@@ -40,6 +40,8 @@ void shared_light_destroy(struct shared_light *shared); // NULL is allowed
 void shared_light_add(struct shared_light *shared, size_t pixel, const struct shared_sample *samples, int count);
 // After the paths of a pass. Nothing is shared of it unless a path of the pixel has met the surface; threads as above.
 void shared_light_splat(struct shared_light *shared, size_t pixel, const struct shared_splat *splat, rgb value);
+// Variances of the luminance that one path adds to the pixel by the light of each part, as the paths so far have them.
+void shared_light_variances(const struct shared_light *shared, size_t pixel, float variances[SHARED_PARTS]);
 // Changes R, G and B (channels 0 to 2) of the film's image, the mean of `passes` passes, of which all or the last ones
 // have been added. The variance stays that of the pixels' own samples.
 enum status shared_light_apply(const struct shared_light *shared, size_t passes, struct image *image,
