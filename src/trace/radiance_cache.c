@@ -18,6 +18,9 @@ enum {
     MOST_CELLS = SLOTS / 2 + CACHE_TELLERS * CACHE_TOLD * CACHE_SIZES
 };
 enum { TELLING = 1 << 16, FORGOTTEN = 4, LEAST_WEIGHT = 16 * TELLING };
+// One telling adds no more than this much of the scene's mean, or half of all that the cell has been told: a single
+// bright path among some hundred would else light up a wall.
+static const float most_of_mean = 128, most_of_told = 0.5f;
 static const float finest = 0x1p-26f; // unit of the sums, of the radiance that the lights' power would bring
 _Static_assert(MOST_CELLS < SLOTS, "a search in the table ends at a free slot");
 
@@ -31,6 +34,7 @@ struct cell {
     int64_t radiance[3]; // in `unit`
     int64_t weight; // of what has been told; TELLING: when it is told
     int64_t told; // times
+    float most; // luminance that one telling may add, in `unit`; 0: the cell is new
 };
 
 struct answer {
@@ -49,6 +53,7 @@ struct radiance_cache {
     struct answer *answers; // NULL: none yet
     size_t answer_slots; // a power of two, at least twice the answers
     size_t passes, next_lesson;
+    float most; // of new cells
 };
 
 static float light_power(const struct scene *scene) {
@@ -66,6 +71,7 @@ enum status radiance_cache_create(struct radiance_cache **result, const struct s
         cache->slots = pages_alloc(SLOTS, sizeof *cache->slots);
         cache->cells = calloc(MOST_CELLS, sizeof *cache->cells);
         cache->next_lesson = 1;
+        cache->most = INFINITY;
     }
     if (!cache || !cache->slots || !cache->cells)
         return error_set(error, STATUS_MEMORY, "out of memory for the cache of radiance");
@@ -113,11 +119,27 @@ static void forget(struct radiance_cache *cache) {
     }
 }
 
+static float luminance_of(const struct cell *cell) {
+    return rgb_luminance((rgb){(float)cell->radiance[0], (float)cell->radiance[1], (float)cell->radiance[2]});
+}
+
+static void bound_tellings(struct radiance_cache *cache) {
+    double told = 0, weight = 0;
+    for (int32_t i = 0; i < cache->cell_count; i++) {
+        told += (double)luminance_of(&cache->cells[i]);
+        weight += (double)cache->cells[i].weight / TELLING;
+    }
+    cache->most = told > 0 ? most_of_mean * (float)(told / weight) : INFINITY;
+    for (int32_t i = 0; i < cache->cell_count; i++)
+        cache->cells[i].most = maxf(cache->most, most_of_told * luminance_of(&cache->cells[i]));
+}
+
 void radiance_cache_learn(struct radiance_cache *cache) {
     if (cache->passes > 1 && (cache->passes & (cache->passes - 1)) == 0) forget(cache);
     if (cache->passes++ < cache->next_lesson) return;
     cache->next_lesson = cache->passes + (cache->passes - 1) / LESSON_STRIDE;
     cache->full = cache->cell_count >= SLOTS / 2;
+    bound_tellings(cache);
     size_t known = 0, slots = 1024;
     for (int32_t i = 0; i < cache->cell_count; i++) known += cache->cells[i].told >= LEAST_TOLD;
     while (slots < 2 * known) slots *= 2;
@@ -200,12 +222,15 @@ bool radiance_cache_cells(struct radiance_cache *cache, const struct cache_place
 
 void radiance_cache_tell(struct radiance_cache *cache, const struct cache_cells *cells, rgb radiance) {
     const float channels[3] = {radiance.r, radiance.g, radiance.b};
-    int64_t values[3];
-    for (int c = 0; c < 3; c++) values[c] = (int64_t)minf(maxf(channels[c] / cache->unit, 0), 0x1p50f);
+    float values[3];
+    for (int c = 0; c < 3; c++) values[c] = minf(maxf(channels[c] / cache->unit, 0), 0x1p50f);
+    const float luminance = rgb_luminance((rgb){values[0], values[1], values[2]});
     for (int k = 0; k < CACHE_SIZES; k++) {
         if (cells->cells[k] < 0) continue;
         struct cell *cell = &cache->cells[cells->cells[k]];
-        for (int c = 0; c < 3; c++) __atomic_fetch_add(&cell->radiance[c], values[c], __ATOMIC_RELAXED);
+        const float most = cell->most > 0 ? cell->most : cache->most, share = luminance > most ? most / luminance : 1;
+        for (int c = 0; c < 3; c++)
+            __atomic_fetch_add(&cell->radiance[c], (int64_t)(share * values[c]), __ATOMIC_RELAXED);
         __atomic_fetch_add(&cell->weight, TELLING, __ATOMIC_RELAXED);
         __atomic_fetch_add(&cell->told, 1, __ATOMIC_RELAXED);
     }

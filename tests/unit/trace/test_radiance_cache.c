@@ -74,6 +74,42 @@ static void test_forgets(void **unused) {
     scene_fini(&scene);
 }
 
+// Each pass tells two places what `radiance` says.
+static float mean_at_second(float (*radiance)(int place, int pass, int i), int passes) {
+    enum { tellings = 40 };
+    struct scene scene;
+    struct error error;
+    struct radiance_cache *cache;
+    if (scene_from_text(&scene, BULB BALL("1"), &error)) fail_msg("%s", error.text);
+    assert_int_equal(radiance_cache_create(&cache, &scene, &error), STATUS_OK);
+    struct cache_place places[2] = {{.n = {0, 0, 1}, .width = 1}, {.n = {0, 0, 1}, .width = 1, .shape = 1}};
+    rgb mean;
+    for (int pass = 0; pass <= passes; pass++) {
+        radiance_cache_learn(cache);
+        for (int k = 0; k < 2 && pass < passes; k++) {
+            struct cache_cells cells;
+            assert_true(radiance_cache_cells(cache, &places[k], &cells));
+            for (int i = 0; i < tellings; i++) radiance_cache_tell(cache, &cells, rgb_gray(radiance(k, pass, i)));
+        }
+    }
+    assert_true(radiance_cache_mean(cache, &places[1], &mean));
+    radiance_cache_destroy(cache);
+    scene_fini(&scene);
+    return mean.g;
+}
+
+static float flash(int place, int pass, int i) { return place == 1 && pass == 5 && i == 7 ? 1e5f : 1; }
+static float bright_corner(int place, int pass, int i) { return pass >= 2 && place == 1 ? i % 20 ? 0 : 2e4f : 1; }
+
+// A single bright telling changes little (of 400 it would be worth 250); where all light comes by such, all of it
+// counts before long.
+static void test_bright_tellings(void **unused) {
+    (void)unused;
+    const float with_flash = mean_at_second(flash, 10), corner = mean_at_second(bright_corner, 64);
+    if (!(with_flash < 2)) fail_msg("a flash makes 1 to %g", (double)with_flash);
+    if (fabsf(corner - 1000) > 50) fail_msg("%g instead of 1000", (double)corner);
+}
+
 static void test_cells(void **unused) {
     (void)unused;
     struct scene scene;
@@ -240,9 +276,10 @@ static void test_short_paths(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_cells),       cmocka_unit_test(test_forgets), cmocka_unit_test(test_refines),
-        cmocka_unit_test(test_furnace),     cmocka_unit_test(test_room),    cmocka_unit_test(test_no_leak),
-        cmocka_unit_test(test_short_paths),
+        cmocka_unit_test(test_cells),       cmocka_unit_test(test_forgets),
+        cmocka_unit_test(test_refines),     cmocka_unit_test(test_furnace),
+        cmocka_unit_test(test_room),        cmocka_unit_test(test_no_leak),
+        cmocka_unit_test(test_short_paths), cmocka_unit_test(test_bright_tellings),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
