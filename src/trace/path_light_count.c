@@ -38,7 +38,7 @@ static void measure(const struct path_tracer *tracer, int tile) {
         }
     }
     const float pixels = (float)(x1 - x0) * (float)(y1 - y0);
-    lights->noise = lamps / pixels * (float)tracer->film->pass_count / lights->inverse_counts;
+    lights->noise = lamps / pixels * lights->passes / lights->inverse_counts;
     lights->rest = rest / pixels;
 }
 
@@ -55,11 +55,17 @@ void path_light_learn(struct path_tracer *tracer) {
     const size_t passes = tracer->film->pass_count;
     for (int tile = 0; tile < tile_count(tracer); tile++) {
         struct path_lights *lights = lights_of(tracer, tile);
-        if (lights->count > 0) lights->inverse_counts += 1 / (float)lights->count;
+        if (lights->count == 0) {
+            // Perhaps not the film's first pass: an earlier tracer has drawn no more than this.
+            *lights = (struct path_lights){.count = 1, .first = PATH_MOST_LIGHTS * (uint32_t)tracer->pass};
+            continue;
+        }
+        lights->passes += 1;
+        lights->inverse_counts += 1 / (float)lights->count;
         lights->first += (uint32_t)lights->count;
-        lights->count = maxi(lights->count, 1);
     }
     if (!tracer->shared || passes < PASSES_BEFORE || (passes & (passes - 1))) return; // at powers of two only
+    if (lights_of(tracer, 0)->passes < PASSES_BEFORE) return;
     for (int tile = 0; tile < tile_count(tracer); tile++) measure(tracer, tile);
     for (int round = 0; round < ROUNDS; round++) {
         const float mean = mean_noise(tracer);

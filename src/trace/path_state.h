@@ -18,10 +18,8 @@
 #include "trace/shared_view.h"
 
 enum { PATH_STAGES = 10, PATH_TILE = 32, PATH_BLOCK = PATH_TILE * PATH_TILE };
-enum {
-    PATH_MOST_LIGHTS = 4,
-    PATH_MOST_SHADOWS = (PATH_MOST_LIGHTS + 1) * PATH_BLOCK
-}; // light samples; one by a mirror
+// Light samples of one path where the camera looks; of a block, with one each by way of a mirror.
+enum { PATH_MOST_LIGHTS = 4, PATH_MOST_SHADOWS = (PATH_MOST_LIGHTS + 1) * PATH_BLOCK };
 
 // Random dimensions of one path: the camera's, then a fixed share for every edge.
 enum path_dimension {
@@ -78,7 +76,7 @@ struct path_share {
 struct path_lights { // light samples where the camera looks, of the paths of a tile
     int count; // of each
     uint32_t first; // how many those of a pixel in earlier passes have drawn
-    float inverse_counts; // the sum of 1 / count over these passes
+    float passes, inverse_counts; // that the tracer has made, and the sum of 1 / count over these
     float noise, rest; // relative variance of one light sample, and of all else in a path
 };
 
