@@ -75,8 +75,6 @@ int luminaire_seen(const struct luminaire *luminaire, const float point[3], cons
     (void)luminaire, (void)point, (void)w;
     return 1;
 }
-static vec3 vec3_from(const float v[3]) { return (vec3){v[0], v[1], v[2]}; }
-
 static inline bool sphere_span(vec3 origin, vec3 direction, vec3 center, float radius, float *t_near, float *t_far) {
     vec3 p = vec3_sub(origin, center);
     double b = vec3_dot(p, direction), c = vec3_dot(p, p) - radius * radius, discriminant = b * b - c;

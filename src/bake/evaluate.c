@@ -23,8 +23,6 @@ static const double particle_us = 2, line_us = 0.6, view_line_us = 1.3; // of on
 enum { EVAL_BATCH = 1 << 16, BATCHES = 8 }; // noise is measured by how the batches differ
 enum { GUIDE_EXITS = 2000000 }; // of its own lamp's light: few leave gaps that make the luminaire's lines noisy
 
-static vec3 vec3_from(const float v[3]) { return (vec3){v[0], v[1], v[2]}; }
-
 struct eval_job { // lines [i * 4096 ...) of a batch
     const struct luminaire *luminaire;
     size_t n;

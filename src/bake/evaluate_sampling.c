@@ -8,8 +8,6 @@
 
 enum { LIGHT_SAMPLES = 4096 };
 
-static vec3 vec3_from(const float v[3]) { return (vec3){v[0], v[1], v[2]}; }
-
 struct light_job {
     const struct luminaire *luminaire;
     const struct lamp *lamp;

@@ -13,8 +13,6 @@
 enum { BLOCK = 2048, BLOCKS_PER_LOOK = 128, MAX_DEPTH = 100, AGREEING = 64 };
 static const float straight_cos = 0.866f; // light turned by less than 30 degrees counts as having come through
 
-static vec3 vec3_from(const float v[3]) { return (vec3){v[0], v[1], v[2]}; }
-
 struct particle_job {
     const struct lamp *lamp;
     uint64_t stream;

@@ -20,8 +20,6 @@ struct data_job {
     struct paper_view *views;
 };
 
-static vec3 vec3_from(const float v[3]) { return (vec3){v[0], v[1], v[2]}; }
-
 // The mean radiance that comes out along w, `exit` being where the line leaves the bounding sphere.
 static rgb mean_radiance(const struct lamp *lamp, vec3 exit, vec3 w, int traces, struct sampler *sampler) {
     float origin[3], direction[3], t_near, t_far;

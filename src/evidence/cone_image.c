@@ -17,7 +17,7 @@ enum status cone_image_init(struct cone_image *image, const struct luminaire *lu
     const float sin2 = 1 / sqrf(distance);
     const size_t cells = (size_t)side * (size_t)side;
     *image = (struct cone_image){
-        .point = vec3_mad(out, distance * radius, vec3_make(center[0], center[1], center[2])),
+        .point = vec3_mad(out, distance * radius, vec3_from(center)),
         .view = {0, false, frame_from_normal(vec3_neg(out)), sin2 / (1 + sqrtf(1 - sin2))},
         .side = side,
         .direction = malloc(cells * sizeof *image->direction),
@@ -43,7 +43,7 @@ void cone_image_fini(struct cone_image *image) {
 }
 
 static float cosine_of(const struct cone_image *image, const float direction[3]) {
-    return vec3_dot(vec3_make(direction[0], direction[1], direction[2]), image->view.frame.n);
+    return vec3_dot(vec3_from(direction), image->view.frame.n);
 }
 
 void cone_image_predict(struct cone_image *image, const struct luminaire *luminaire) {

@@ -40,7 +40,7 @@ size_t field_net_bytes(const struct field_net *net); // of the MLP and the table
 
 // z [FIELD_OUTPUTS][NET_LANES] of `count` <= NET_LANES lines, each the same bit for bit in whatever company; hit[l] = 0
 // where a line misses the bounding sphere. `crossings`: NET_LANES of them, positions in the unit ball, where the
-// encoding uses the hull; else NULL. passed[l]: how far a line passes from
-// the nearest anchor, by anchor_contract; or NULL.
+// encoding uses the hull; else NULL. passed[l]: how far a line passes from the nearest anchor, by anchor_contract; or
+// NULL.
 void field_net_eval(const struct field_net *net, int count, const float (*point)[3], const float (*w)[3],
                     const struct hull_crossing *crossings, float *z, float *hit, float *passed);

@@ -39,8 +39,7 @@ static void find_block(void *user, size_t block, int worker) {
     light_field_eval(job->field, n, (const float(*)[3])point, (const float(*)[3])w, radiance);
     for (size_t i = 0; i < n; i++) {
         const struct line_exit *exit = &job->exits[begin + i];
-        const int anchor = sampling_anchor_of(job->density, vec3_make(point[i][0], point[i][1], point[i][2]),
-                                              vec3_make(w[i][0], w[i][1], w[i][2]));
+        const int anchor = sampling_anchor_of(job->density, vec3_from(point[i]), vec3_from(w[i]));
         job->lines[begin + i] =
             (struct bent_line){sampling_mean(radiance[i]), anchor < 0 ? sampling_mean(exit->flux) : 0, begin + i};
     }

@@ -125,7 +125,7 @@ void paper_pdf(const struct paper *paper, size_t n, const float (*s)[3], const f
             struct sampling_view view = view_make(paper, s[i]);
             struct picture picture;
             picture_make(z, l, &picture);
-            pdf_sa[i] = mixture_pdf(&view, &picture, vec3_make(direction[i][0], direction[i][1], direction[i][2]));
+            pdf_sa[i] = mixture_pdf(&view, &picture, vec3_from(direction[i]));
         }
     }
 }

@@ -16,8 +16,6 @@ enum { FEW_EXITS = 100000, MANY_EXITS = 4000000 }; // of many, each at one dista
 static const float profile_first = 5e-4f, profile_last = 0.15f; // perpendicular distances, in radii
 static const float nearest_view = 1.02f, farthest_view = 8; // from where lines are drawn, in radii
 
-static vec3 vec3_from(const float v[3]) { return vec3_make(v[0], v[1], v[2]); }
-
 static float profile_radius(int bin) { // outer radius of a bin, in radii of the proxy
     return profile_first * powf(profile_last / profile_first, (float)(bin + 1) / PROFILE_BINS);
 }

@@ -8,10 +8,6 @@ struct mixture { // for one shading point
     float weight[SAMPLING_MAX_ANCHORS]; // of the anchors; sums to 1
 };
 
-static vec3 anchor_at(const struct sampling_density *density, int i) {
-    return vec3_make(density->anchors[i][0], density->anchors[i][1], density->anchors[i][2]);
-}
-
 // 1 - cosine of the half angle of the cone about a ball; 2 (all directions) from within it.
 static float cone_height(float radius, float distance2) {
     float sin2 = radius * radius / distance2;
@@ -26,7 +22,7 @@ static void mixture_make(const struct sampling_density *density, vec3 s, struct 
     if (density->anchor_count == 0) return;
     float total = 0, floor2 = sqrf(density->cone_radius[CONE_COUNT - 1]);
     for (int i = 0; i < density->anchor_count; i++) {
-        vec3 to_s = vec3_sub(s, anchor_at(density, i));
+        vec3 to_s = vec3_sub(s, vec3_from(density->anchors[i]));
         float distance2 = vec3_dot(to_s, to_s), side = 1 / sqrtf(fmaxf(distance2, 1e-30f));
         vec2 square = octahedral_from_direction(distance2 > 1e-30f ? vec3_scale(to_s, side) : vec3_make(0, 0, 1));
         int x = (int)(square.x * INTENSITY_SIDE), y = (int)(square.y * INTENSITY_SIDE);
@@ -58,7 +54,7 @@ static float mixture_pdf(const struct sampling_density *density, const struct mi
     if (mixture->anchor_share == 0) return pdf;
     float sum = 0;
     for (int i = 0; i < density->anchor_count; i++) {
-        vec3 to = vec3_sub(anchor_at(density, i), s);
+        vec3 to = vec3_sub(vec3_from(density->anchors[i]), s);
         float distance2 = vec3_dot(to, to), along = vec3_dot(to, direction);
         vec3 across = vec3_mad(direction, -along, to);
         // 1 - cosine of the angle between, without cancellation
@@ -111,7 +107,7 @@ static vec3 sample_anchor(const struct sampling_density *density, const struct m
     for (; i + 1 < density->anchor_count && choice >= mixture->weight[i]; i++) choice -= mixture->weight[i];
     choice = mixture->weight[i] > 0 ? choice / mixture->weight[i] : 0;
     for (; k + 1 < CONE_COUNT && choice >= density->cone_share[k]; k++) choice -= density->cone_share[k];
-    vec3 to = vec3_sub(anchor_at(density, i), s);
+    vec3 to = vec3_sub(vec3_from(density->anchors[i]), s);
     float distance2 = fmaxf(vec3_dot(to, to), 1e-30f), rim = cone_height(density->cone_radius[k], distance2);
     struct frame frame =
         frame_from_normal(distance2 > 1e-30f ? vec3_scale(to, 1 / sqrtf(distance2)) : vec3_make(0, 0, 1));

@@ -46,7 +46,7 @@ int sampling_nearest_anchor(const struct sampling_density *density, vec3 point, 
     int nearest = -1;
     for (int i = 0; i < density->anchor_count; i++) {
         const float *anchor = density->anchors[i];
-        vec3 d = vec3_sub(point, vec3_make(anchor[0], anchor[1], anchor[2]));
+        vec3 d = vec3_sub(point, vec3_from(anchor));
         vec3 across = vec3_mad(w, -vec3_dot(d, w), d);
         float d2 = vec3_dot(across, across);
         if (d2 < best) best = d2, nearest = i;

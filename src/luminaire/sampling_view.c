@@ -107,7 +107,7 @@ enum status sampling_allocate(struct sampling_density **density, const struct pr
                               int anchor_count, struct error *error) {
     struct sampling_density *d = *density = calloc(1, sizeof *d);
     if (!d) return error_set(error, STATUS_MEMORY, "out of memory for a sampling density");
-    d->center = vec3_make(proxy->center[0], proxy->center[1], proxy->center[2]);
+    d->center = vec3_from(proxy->center);
     d->radius = proxy->radius;
     d->directions = directions;
     d->anchor_count = anchor_count;

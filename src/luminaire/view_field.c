@@ -209,7 +209,7 @@ static void encode_lane(const struct view_field_options *options, const struct v
     const float inverse = 1 / options->radius;
     vec3 p = vec3_make((at->point[0] - options->center[0]) * inverse, (at->point[1] - options->center[1]) * inverse,
                        (at->point[2] - options->center[2]) * inverse);
-    vec3 w = vec3_make(at->w[0], at->w[1], at->w[2]), n = vec3_make(at->normal[0], at->normal[1], at->normal[2]);
+    vec3 w = vec3_from(at->w), n = vec3_from(at->normal);
     float cosine = vec3_dot(n, w);
     if (cosine < 0) {
         n = vec3_neg(n);

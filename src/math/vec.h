@@ -36,6 +36,7 @@ static inline vec3 vec3_cross(vec3 a, vec3 b) {
 }
 static inline float vec3_length(vec3 a) { return sqrtf(vec3_dot(a, a)); }
 static inline vec3 vec3_normalize(vec3 a) { return vec3_scale(a, 1.0f / vec3_length(a)); }
+static inline vec3 vec3_from(const float v[3]) { return (vec3){v[0], v[1], v[2]}; }
 static inline void vec3_store(float to[3], vec3 v) { to[0] = v.x, to[1] = v.y, to[2] = v.z; }
 static inline bool vec3_is_finite(vec3 a) { return isfinite(a.x) && isfinite(a.y) && isfinite(a.z); }
 

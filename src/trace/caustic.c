@@ -33,10 +33,7 @@ static void worker_fini(struct caustic_worker *worker) {
     free(worker->particles);
     free(worker->active);
     free(worker->links);
-    free(worker->points);
-    free(worker->numbers);
-    free(worker->directions);
-    free(worker->pdfs);
+    lamp_draws_fini(&worker->draws);
     crossing_batch_fini(&worker->crossings);
 }
 
@@ -44,14 +41,11 @@ static enum status worker_init(struct caustic_worker *worker, const struct scene
     worker->particles = calloc(CAUSTIC_BLOCK, sizeof *worker->particles);
     worker->active = calloc(CAUSTIC_BLOCK, sizeof *worker->active);
     worker->links = calloc(CAUSTIC_BLOCK, sizeof *worker->links);
-    worker->points = calloc(CAUSTIC_BLOCK, sizeof *worker->points);
-    worker->numbers = calloc(CAUSTIC_BLOCK, sizeof *worker->numbers);
-    worker->directions = calloc(CAUSTIC_BLOCK, sizeof *worker->directions);
-    worker->pdfs = calloc(CAUSTIC_BLOCK, sizeof *worker->pdfs);
-    if (!worker->particles || !worker->active || !worker->links || !worker->points || !worker->numbers ||
-        !worker->directions || !worker->pdfs)
+    if (!worker->particles || !worker->active || !worker->links)
         return error_set(error, STATUS_MEMORY, "out of memory for a block of particles");
-    return crossing_batch_init(&worker->crossings, scene, CAUSTIC_BLOCK * scene->luminaire_count, error);
+    const enum status status = lamp_draws_init(&worker->draws, CAUSTIC_BLOCK, error);
+    return status ? status
+                  : crossing_batch_init(&worker->crossings, scene, CAUSTIC_BLOCK * scene->luminaire_count, error);
 }
 
 static double lamp_weight(const struct caustic *caustic, size_t luminaire) {

@@ -47,14 +47,10 @@ static void sample_lines(const struct caustic_job *job, const struct caustic_blo
         caustic_targets_sample(job->targets, stratified(block, i, jitter), sampler_2d(&particle->sampler),
                                &particle->surface, &pdf_area);
         particle->beta = rgb_gray(1 / (pdf_area * (float)block->total));
-        vec3 s = luminaire_local_point(instance, particle->surface.p);
-        vec2 u = sampler_2d(&particle->sampler);
-        vec3_store(worker->points[i], s);
-        worker->numbers[i][0] = u.x, worker->numbers[i][1] = u.y;
-        worker->numbers[i][2] = sampler_1d(&particle->sampler);
+        const vec2 u = sampler_2d(&particle->sampler);
+        lamp_draws_ask(&worker->draws, i, instance, particle->surface.p, u, sampler_1d(&particle->sampler));
     }
-    luminaire_sample(instance->luminaire, block->count, (const float(*)[3])worker->points,
-                     (const float(*)[3])worker->numbers, worker->directions, worker->pdfs);
+    lamp_draws_answer(&worker->draws, block->count, instance);
 }
 
 // The first scattering, at the target. False: no delta, or nothing arrives. *arrives: the ray towards the lamp.
@@ -94,10 +90,9 @@ static void begin(const struct caustic_job *job, const struct caustic_block *blo
     worker->crossings.count = 0;
     for (uint32_t i = 0; i < block->count; i++) {
         struct caustic_particle *particle = &worker->particles[i];
-        const float *d = worker->directions[i];
-        vec3 to_lamp = luminaire_world_direction(instance, (vec3){d[0], d[1], d[2]});
+        const vec3 to_lamp = lamp_draws_direction(&worker->draws, i, instance);
         struct ray arrives;
-        if (!begin_particle(job, instance, (int)block->luminaire, to_lamp, worker->pdfs[i], particle, &arrives))
+        if (!begin_particle(job, instance, (int)block->luminaire, to_lamp, worker->draws.pdfs[i], particle, &arrives))
             continue;
         struct ray line = {particle->surface.p, to_lamp, 0, INFINITY};
         crossing_add(&worker->crossings, i, block->luminaire, &line, arrives.t_max)->wants_radiance = true;

@@ -4,6 +4,7 @@
 
 #include "trace/caustic.h"
 #include "trace/caustic_target.h"
+#include "trace/lamp_draws.h"
 #include "trace/luminaire_crossing.h"
 #include "trace/residual.h"
 #include "trace/shared_view.h"
@@ -50,7 +51,7 @@ struct caustic_worker {
     struct caustic_link *links; // CAUSTIC_BLOCK
     size_t link_count;
     struct crossing_batch crossings; // of CAUSTIC_BLOCK lines
-    float (*points)[3], (*numbers)[3], (*directions)[3], *pdfs;
+    struct lamp_draws draws; // CAUSTIC_BLOCK
 };
 
 struct caustic_block {

@@ -26,12 +26,9 @@ static void worker_fini(struct path_worker *worker) {
     free(worker->hits);
     free(worker->shadows);
     free(worker->requests);
-    free(worker->points);
-    free(worker->numbers);
-    free(worker->directions);
-    free(worker->pdfs);
     free(worker->walks);
     free(worker->responses);
+    lamp_draws_fini(&worker->draws);
     crossing_batch_fini(&worker->crossings);
 }
 
@@ -41,17 +38,13 @@ static enum status worker_init(struct path_worker *worker, const struct scene *s
     worker->hits = calloc(PATH_BLOCK, sizeof *worker->hits);
     worker->shadows = calloc(PATH_MOST_SHADOWS, sizeof *worker->shadows);
     worker->requests = calloc(PATH_MOST_SHADOWS, sizeof *worker->requests);
-    worker->points = calloc(PATH_MOST_SHADOWS, sizeof *worker->points);
-    worker->numbers = calloc(PATH_MOST_SHADOWS, sizeof *worker->numbers);
-    worker->directions = calloc(PATH_MOST_SHADOWS, sizeof *worker->directions);
-    worker->pdfs = calloc(PATH_MOST_SHADOWS, sizeof *worker->pdfs);
-    enum status status = crossing_batch_init(&worker->crossings, scene, PATH_MOST_SHADOWS, error);
+    enum status status = lamp_draws_init(&worker->draws, PATH_MOST_SHADOWS, error);
+    if (status == STATUS_OK) status = crossing_batch_init(&worker->crossings, scene, PATH_MOST_SHADOWS, error);
     if (status != STATUS_OK) return status;
     size_t crossings = scene->unbiased ? worker->crossings.capacity : 0;
     worker->walks = calloc(crossings + 1, sizeof *worker->walks);
     worker->responses = calloc(crossings + 1, sizeof *worker->responses);
-    if (!worker->paths || !worker->active || !worker->hits || !worker->shadows || !worker->requests ||
-        !worker->points || !worker->numbers || !worker->directions || !worker->pdfs || !worker->walks ||
+    if (!worker->paths || !worker->active || !worker->hits || !worker->shadows || !worker->requests || !worker->walks ||
         !worker->responses)
         return error_set(error, STATUS_MEMORY, "out of memory for a block of paths");
     return STATUS_OK;
@@ -63,7 +56,7 @@ static void tracer_destroy(void *state) {
     for (int i = 0; tracer->workers && i < tracer->worker_count; i++) worker_fini(&tracer->workers[i]);
     free(tracer->workers);
     free(tracer->lobes);
-    free(tracer->lights_of_tiles);
+    free(tracer->tile_lights);
     free(tracer->expected);
     path_guide_destroy(tracer->guide);
     radiance_cache_destroy(tracer->cache);
@@ -156,10 +149,10 @@ static enum status render_pass(void *state, struct film *film, uint64_t pass, co
     tracer->cancelled = false;
     size_t pixels = (size_t)film->width * (size_t)film->height;
     tracer->tiles_x = (film->width + PATH_TILE - 1) / PATH_TILE;
-    const size_t tiles = (size_t)tracer->tiles_x * (size_t)((film->height + PATH_TILE - 1) / PATH_TILE);
+    tracer->tile_count = tracer->tiles_x * ((film->height + PATH_TILE - 1) / PATH_TILE);
     if (!tracer->expected) tracer->expected = calloc(pixels, sizeof *tracer->expected);
-    if (!tracer->lights_of_tiles) tracer->lights_of_tiles = calloc(tiles, sizeof *tracer->lights_of_tiles);
-    if (!tracer->expected || !tracer->lights_of_tiles)
+    if (!tracer->tile_lights) tracer->tile_lights = calloc((size_t)tracer->tile_count, sizeof *tracer->tile_lights);
+    if (!tracer->expected || !tracer->tile_lights)
         return error_set(error, STATUS_MEMORY, "out of memory for a film of %zu pixels", pixels);
     if (tracer->shares && !tracer->shared) {
         enum status status = shared_light_create(&tracer->shared, film->width, film->height, error);
@@ -169,7 +162,8 @@ static enum status render_pass(void *state, struct film *film, uint64_t pass, co
     path_light_learn(tracer);
     path_guide_learn(tracer);
     path_cache_learn(tracer);
-    parallel_for(run->threads < tracer->worker_count ? run->threads : tracer->worker_count, tiles, trace_tile, tracer);
+    parallel_for(run->threads < tracer->worker_count ? run->threads : tracer->worker_count, (size_t)tracer->tile_count,
+                 trace_tile, tracer);
     enum status status = STATUS_OK;
     if (tracer->caustic && !tracer->cancelled)
         status = caustic_render(tracer->caustic, film, tracer->shared, pass, run, &tracer->dropped, error);

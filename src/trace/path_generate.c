@@ -4,12 +4,10 @@
 
 void path_generate(const struct path_tracer *tracer, struct path_worker *worker, int tile) {
     const struct sensor *sensor = tracer->scene->sensor;
-    int x0 = tile % tracer->tiles_x * PATH_TILE, y0 = tile / tracer->tiles_x * PATH_TILE;
-    int x1 = x0 + PATH_TILE < tracer->film->width ? x0 + PATH_TILE : tracer->film->width;
-    int y1 = y0 + PATH_TILE < tracer->film->height ? y0 + PATH_TILE : tracer->film->height;
+    const struct path_tile t = path_tile_of(tracer, tile);
     uint32_t count = 0;
-    for (int y = y0; y < y1; y++) {
-        for (int x = x0; x < x1; x++, count++) {
+    for (int y = t.y0; y < t.y1; y++) {
+        for (int x = t.x0; x < t.x1; x++, count++) {
             struct path *path = &worker->paths[count];
             int film_x = sensor->crop_x + x, film_y = sensor->crop_y + y;
             path->sampler = sampler_make(tracer->seed, film_pixel_stream(sensor, film_x, film_y), tracer->pass);
@@ -21,8 +19,7 @@ void path_generate(const struct path_tracer *tracer, struct path_worker *worker,
             path->depth = 0;
             path->edge = 0;
             path->pixel = (uint32_t)y * (uint32_t)tracer->film->width + (uint32_t)x;
-            path->look_lights = tracer->lights_of_tiles[tile].count;
-            path->first_light = tracer->lights_of_tiles[tile].first;
+            path->lights = &tracer->tile_lights[tile];
             path->eta = 1;
             path->expected = tracer->expected[path->pixel];
             path->pdf = 0;

@@ -74,26 +74,21 @@ static void sample_luminaire(const struct path_tracer *tracer, struct path_worke
         const struct path *path = &worker->paths[requests[i].path];
         const struct mirror *mirror = requests[i].mirror;
         const vec3 from = mirror ? mirror_image(mirror, path->surface.p) : path->surface.p;
-        vec3_store(worker->points[i], luminaire_local_point(instance, from));
         const int number = requests[i].number;
         struct sampler sampler =
             path_light_sampler(path, mirror ? PATH_DIMENSION_MIRROR + 1 : PATH_DIMENSION_LIGHT, number);
         struct sampler third =
             path_light_sampler(path, mirror ? PATH_DIMENSION_MIRROR + 2 : PATH_DIMENSION_LIGHT_THIRD, number);
-        vec2 u = sampler_2d(&sampler);
-        worker->numbers[i][0] = u.x;
-        worker->numbers[i][1] = u.y;
-        worker->numbers[i][2] = sampler_1d(&third);
+        lamp_draws_ask(&worker->draws, i, instance, from, sampler_2d(&sampler), sampler_1d(&third));
     }
-    luminaire_sample(instance->luminaire, count, (const float(*)[3])worker->points, (const float(*)[3])worker->numbers,
-                     worker->directions, worker->pdfs);
+    lamp_draws_answer(&worker->draws, count, instance);
     if (tracer->residual) {
         path_light_residual(tracer, worker, luminaire, requests, count);
         return;
     }
     for (size_t i = 0; i < count; i++) {
-        const float *local = worker->directions[i], pdf_light = worker->pdfs[i] * requests[i].pmf;
-        vec3 direction = luminaire_world_direction(instance, (vec3){local[0], local[1], local[2]});
+        const float pdf_light = worker->draws.pdfs[i] * requests[i].pmf;
+        const vec3 direction = lamp_draws_direction(&worker->draws, i, instance);
         if (!(pdf_light > 0)) continue;
         if (requests[i].mirror)
             path_mirror_sample(tracer, worker, &requests[i], direction, pdf_light);

@@ -6,28 +6,19 @@
 // independent otherwise.
 #include "trace/path_state.h"
 
-enum { PASSES_BEFORE = 4, ROUNDS = 3 };
+enum { ROUNDS = 3 };
 // Measured, of 4 to 30. By the time that they take it would be 5 to 9, but the light from lamps has the sharper
 // patterns, so pixels share more of the rest.
 static const float samples_a_path = 10;
 static const float most_noise = 2; // of a pixel's luminance squared: outliers are spread by what pixels share
 
-static struct path_lights *lights_of(const struct path_tracer *tracer, int tile) {
-    return &tracer->lights_of_tiles[tile];
-}
-
-static int tile_count(const struct path_tracer *tracer) {
-    return tracer->tiles_x * ((tracer->film->height + PATH_TILE - 1) / PATH_TILE);
-}
-
 static void measure(const struct path_tracer *tracer, int tile) {
     const struct film *film = tracer->film;
-    const int x0 = tile % tracer->tiles_x * PATH_TILE, y0 = tile / tracer->tiles_x * PATH_TILE;
-    const int x1 = mini(x0 + PATH_TILE, film->width), y1 = mini(y0 + PATH_TILE, film->height);
-    struct path_lights *lights = lights_of(tracer, tile);
+    const struct path_tile t = path_tile_of(tracer, tile);
+    struct path_lights *lights = &tracer->tile_lights[tile];
     float lamps = 0, rest = 0;
-    for (int y = y0; y < y1; y++) {
-        for (int x = x0; x < x1; x++) {
+    for (int y = t.y0; y < t.y1; y++) {
+        for (int x = t.x0; x < t.x1; x++) {
             const size_t pixel = (size_t)y * (size_t)film->width + (size_t)x;
             float variances[SHARED_PARTS];
             shared_light_variances(tracer->shared, pixel, variances);
@@ -37,42 +28,42 @@ static void measure(const struct path_tracer *tracer, int tile) {
             }
         }
     }
-    const float pixels = (float)(x1 - x0) * (float)(y1 - y0);
-    lights->noise = lamps / pixels * lights->passes / lights->inverse_counts;
+    const float pixels = (float)(t.x1 - t.x0) * (float)(t.y1 - t.y0);
+    lights->noise = lamps / pixels * (float)tracer->passes / lights->inverse_counts;
     lights->rest = rest / pixels;
 }
 
 static float mean_noise(const struct path_tracer *tracer) {
     float sum = 0;
-    for (int tile = 0; tile < tile_count(tracer); tile++) {
-        const struct path_lights *lights = lights_of(tracer, tile);
+    for (int tile = 0; tile < tracer->tile_count; tile++) {
+        const struct path_lights *lights = &tracer->tile_lights[tile];
         sum += lights->rest + lights->noise / (float)lights->count;
     }
-    return sum / (float)tile_count(tracer);
+    return sum / (float)tracer->tile_count;
 }
 
-void path_light_learn(struct path_tracer *tracer) {
-    const size_t passes = tracer->film->pass_count;
-    for (int tile = 0; tile < tile_count(tracer); tile++) {
-        struct path_lights *lights = lights_of(tracer, tile);
-        if (lights->count == 0) {
-            // Perhaps not the film's first pass: an earlier tracer has drawn no more than this.
-            *lights = (struct path_lights){.count = 1, .first = PATH_MOST_LIGHTS * (uint32_t)tracer->pass};
-            continue;
-        }
-        lights->passes += 1;
-        lights->inverse_counts += 1 / (float)lights->count;
-        lights->first += (uint32_t)lights->count;
-    }
-    if (!tracer->shared || passes < PASSES_BEFORE || (passes & (passes - 1))) return; // at powers of two only
-    if (lights_of(tracer, 0)->passes < PASSES_BEFORE) return;
-    for (int tile = 0; tile < tile_count(tracer); tile++) measure(tracer, tile);
+static void choose_counts(struct path_tracer *tracer) {
+    for (int tile = 0; tile < tracer->tile_count; tile++) measure(tracer, tile);
     for (int round = 0; round < ROUNDS; round++) {
         const float mean = mean_noise(tracer);
-        for (int tile = 0; mean > 0 && tile < tile_count(tracer); tile++) {
-            struct path_lights *lights = lights_of(tracer, tile);
+        for (int tile = 0; mean > 0 && tile < tracer->tile_count; tile++) {
+            struct path_lights *lights = &tracer->tile_lights[tile];
             const float count = roundf(sqrtf(samples_a_path * lights->noise / mean));
             lights->count = (int)minf(maxf(count, 1), PATH_MOST_LIGHTS);
         }
     }
+}
+
+void path_light_learn(struct path_tracer *tracer) {
+    for (int tile = 0; tile < tracer->tile_count; tile++) {
+        struct path_lights *lights = &tracer->tile_lights[tile];
+        if (tracer->passes > 0) {
+            lights->inverse_counts += 1 / (float)lights->count;
+            lights->first += (uint32_t)lights->count;
+        } else { // perhaps not the film's first pass: an earlier tracer has drawn no more than this
+            *lights = (struct path_lights){.count = 1, .first = PATH_MOST_LIGHTS * (uint32_t)tracer->pass};
+        }
+    }
+    if (tracer->shared && path_looks_back(tracer->film) && tracer->passes >= PATH_PASSES_BEFORE) choose_counts(tracer);
+    tracer->passes++;
 }

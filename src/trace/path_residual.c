@@ -73,9 +73,8 @@ void path_light_residual(const struct path_tracer *tracer, struct path_worker *w
         batch->count = 0;
         for (size_t i = first; i < count && i - first < lines; i++) {
             const struct path *path = &worker->paths[requests[i].path];
-            const float *local = worker->directions[i];
-            vec3 direction = luminaire_world_direction(instance, (vec3){local[0], local[1], local[2]});
-            float pdf_bsdf, pdf_light = worker->pdfs[i] * requests[i].pmf;
+            const vec3 direction = lamp_draws_direction(&worker->draws, i, instance);
+            float pdf_bsdf, pdf_light = worker->draws.pdfs[i] * requests[i].pmf;
             if (!(pdf_light > 0) || is_for_particles(tracer, path, true, (int)luminaire, direction)) continue;
             rgb response = path_response(path, direction, &pdf_bsdf);
             if (rgb_is_black(response)) continue;

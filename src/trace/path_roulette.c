@@ -4,7 +4,7 @@
 // earlier passes, of which a pass is independent otherwise, so its mean is the same whatever they found.
 #include "trace/path_state.h"
 
-enum { PASSES_BEFORE = 4, REACH = 2 };
+enum { REACH = 2 };
 static const float least = 0.05f; // of the typical luminance: what darker pixels count as
 static const float most = 8; // likewise of single bright pixels, which may be outliers
 static const float least_survival = 0.1f; // so that no weight grows by more than its inverse
@@ -43,8 +43,7 @@ float path_typical_luminance(const struct film *film) {
 
 void path_expect(struct path_tracer *tracer) {
     const struct film *film = tracer->film;
-    size_t passes = film->pass_count;
-    if (passes < PASSES_BEFORE || (passes & (passes - 1))) return; // at powers of two only
+    if (!path_looks_back(film)) return;
     tracer->typical = path_typical_luminance(film);
     for (int y = 0; y < film->height; y++)
         for (int x = 0; x < film->width; x++)

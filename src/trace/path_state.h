@@ -8,6 +8,7 @@
 #include "trace/caustic.h"
 #include "trace/fork.h"
 #include "trace/guide.h"
+#include "trace/lamp_draws.h"
 #include "trace/light_select.h"
 #include "trace/lobe_shape.h"
 #include "trace/luminaire_crossing.h"
@@ -76,7 +77,7 @@ struct path_share {
 struct path_lights { // light samples where the camera looks, of the paths of a tile
     int count; // of each
     uint32_t first; // how many those of a pixel in earlier passes have drawn
-    float passes, inverse_counts; // that the tracer has made, and the sum of 1 / count over these
+    float inverse_counts; // the sum of 1 / count over the tracer's passes
     float noise, rest; // relative variance of one light sample, and of all else in a path
 };
 
@@ -90,9 +91,8 @@ struct path {
     uint32_t pixel; // in the film
     float eta; // product of the relative indices of refraction
     float expected; // luminance of the pixel as earlier passes found it; 0: not known
-    int look_lights; // light samples where the camera looks
-    uint32_t first_light; // number of the first of them
-    float light_count; // of those at `vertex`
+    const struct path_lights *lights; // of its tile
+    float light_count; // of the light samples at `vertex`
     float pdf; // [1/sr] of the ray's direction at `vertex`; 0: camera or delta, which no light sample can give
     struct light_point vertex; // where the path scattered last, as light_select sees it
     bool look; // camera ray, or delta scattering only since
@@ -139,7 +139,7 @@ struct path_worker {
     struct crossing_batch crossings;
     struct luminaire_request *requests; // PATH_MOST_SHADOWS, see path_light.c
     size_t request_count;
-    float (*points)[3], (*numbers)[3], (*directions)[3], *pdfs; // PATH_MOST_SHADOWS
+    struct lamp_draws draws; // PATH_MOST_SHADOWS
     struct line_walk *walks; // of the crossings; this and `responses` only with tracer->residual
     rgb *responses; // to the light samples among the crossings
     double stage_s[PATH_STAGES]; // spent in each of path_stages, for bench/transport.c
@@ -167,13 +167,29 @@ struct path_tracer {
     // of the running pass
     struct film *film;
     uint64_t seed, pass;
-    int tiles_x;
+    int tiles_x, tile_count;
     const struct run *run;
     bool cancelled;
     float tellers; // share of the paths that tell the cache
-    struct path_lights *lights_of_tiles; // by path_light_count.c
+    struct path_lights *tile_lights; // by path_light_count.c
+    size_t passes; // that have been begun here; the film may have more
     float *expected, typical; // by path_roulette.c: for every pixel, and of the whole picture
 };
+
+struct path_tile { // pixels of the film
+    int x0, y0, x1, y1;
+};
+static inline struct path_tile path_tile_of(const struct path_tracer *tracer, int tile) {
+    const int x = tile % tracer->tiles_x * PATH_TILE, y = tile / tracer->tiles_x * PATH_TILE;
+    return (struct path_tile){x, y, mini(x + PATH_TILE, tracer->film->width),
+                              mini(y + PATH_TILE, tracer->film->height)};
+}
+
+// After 4, 8, 16, ... passes of a film what they found is looked at anew.
+enum { PATH_PASSES_BEFORE = 4 };
+static inline bool path_looks_back(const struct film *film) {
+    return film->pass_count >= PATH_PASSES_BEFORE && (film->pass_count & (film->pass_count - 1)) == 0;
+}
 
 struct luminaire_request { // for a light sample
     uint32_t path, luminaire;
@@ -206,7 +222,7 @@ void path_scatter(const struct path_tracer *tracer, struct path_worker *worker);
 
 // Light samples where the camera looks, see path_light_count.c.
 void path_light_learn(struct path_tracer *tracer); // before a pass
-static inline int path_light_count(const struct path *path) { return path->look ? path->look_lights : 1; }
+static inline int path_light_count(const struct path *path) { return path->look ? path->lights->count : 1; }
 
 // Russian roulette by what earlier passes found.
 void path_expect(struct path_tracer *tracer); // before a pass
@@ -291,7 +307,7 @@ static inline struct sampler path_sampler(const struct path *path, enum path_dim
 // Of one of the path's light samples where it stands: all that a pixel has there are points of one sequence.
 static inline struct sampler path_light_sampler(const struct path *path, enum path_dimension dimension, int number) {
     struct sampler sampler = path_sampler(path, dimension);
-    if (path->look) sampler.index = sampler_reverse_bits(path->first_light + (uint32_t)number);
+    if (path->look) sampler.index = sampler_reverse_bits(path->lights->first + (uint32_t)number);
     return sampler;
 }
 

@@ -30,12 +30,17 @@ static inline vec3 mean_normal(const struct shared_surface *surface) { // not fi
     return vec3_normalize((vec3){surface->n[0], surface->n[1], surface->n[2]});
 }
 
-// Of the luminance of a part's mean, by its samples.
-static inline float sample_variance(const struct shared_surface *surface, int part) {
+// Of the luminance of a part's samples, about their mean.
+static inline float sample_spread(const struct shared_surface *surface, int part) {
     const struct shared_part *sums = &surface->parts[part];
     const float inverse = 1 / surface->count;
     const rgb mean = rgb_scale((rgb){sums->light[0], sums->light[1], sums->light[2]}, inverse);
-    return maxf(sums->squares * inverse - rgb_luminance(rgb_mul(mean, mean)), 0) / maxf(surface->count - 1, 1);
+    return maxf(sums->squares * inverse - rgb_luminance(rgb_mul(mean, mean)), 0);
+}
+
+// Of the luminance of a part's mean, by its samples.
+static inline float sample_variance(const struct shared_surface *surface, int part) {
+    return sample_spread(surface, part) / maxf(surface->count - 1, 1);
 }
 
 // Adds to the picture a part's mean light at a pixel's surface, less the sums of what it holds of it already.

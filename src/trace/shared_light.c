@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "base/pages.h"
+#include "trace/shared_filter.h"
 
 enum status shared_light_create(struct shared_light **result, int width, int height, struct error *error) {
     const size_t count = (size_t)width * (size_t)height;
@@ -109,11 +110,9 @@ void shared_light_variances(const struct shared_light *shared, size_t pixel, flo
         const struct shared_surface *surface = &shared->layers[k][pixel];
         if (!surface->surface) break;
         for (int i = 0; i < SHARED_PARTS; i++) {
-            const float *weights = surface->weights[i % SHARED_WEIGHTS], *light = surface->parts[i].light;
+            const float *weights = surface->weights[i % SHARED_WEIGHTS];
             const float weight = rgb_luminance((rgb){weights[0], weights[1], weights[2]}) / surface->count;
-            const rgb sum = {light[0], light[1], light[2]};
-            const float squares = surface->parts[i].squares - rgb_luminance(rgb_mul(sum, sum)) / surface->count;
-            variances[i] += sqrf(weight) * maxf(squares, 0) / shared->paths[pixel];
+            variances[i] += sqrf(weight) * sample_spread(surface, i) * surface->count / shared->paths[pixel];
         }
     }
 }

@@ -51,8 +51,7 @@ static struct light_field *train(const struct lamp *lamp) {
 static double mean_of(const float v[3]) { return ((double)v[0] + (double)v[1] + (double)v[2]) / 3; }
 
 static bool is_bent(const struct fitted *f, size_t i) {
-    return sampling_anchor_of(f->density, vec3_make(f->point[i][0], f->point[i][1], f->point[i][2]),
-                              vec3_make(f->w[i][0], f->w[i][1], f->w[i][2])) < 0;
+    return sampling_anchor_of(f->density, vec3_from(f->point[i]), vec3_from(f->w[i])) < 0;
 }
 
 // Leaves of the lines that pass all anchors the dim ones and, with this share of the flux, the brightest.

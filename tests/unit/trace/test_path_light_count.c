@@ -33,8 +33,8 @@ static void render(const char *xml, int passes, int threads, bool share, struct 
     }
     const struct path_tracer *tracer = state;
     *counts = (struct counts){PATH_MOST_LIGHTS, 1};
-    for (int tile = 0; tile < tracer->tiles_x * ((film.height + PATH_TILE - 1) / PATH_TILE); tile++) {
-        const int count = tracer->lights_of_tiles[tile].count;
+    for (int tile = 0; tile < tracer->tile_count; tile++) {
+        const int count = tracer->tile_lights[tile].count;
         *counts = (struct counts){mini(counts->least, count), maxi(counts->most, count)};
     }
     struct integrator_type alone = path_integrator;
