@@ -2,6 +2,9 @@
 // free of branches and calls, so that the compiler makes vectors of it; what needs tables by the byte is done lane by
 // lane in between.
 #include <math.h>
+#ifdef __AVX512F__
+#include <immintrin.h>
+#endif
 
 #include "luminaire/sampling_kernel.h"
 
@@ -38,6 +41,21 @@ static inline int octahedral_cell(float x, float y, float z, int count) {
     int column = (int)least(most((0.5f * x + 0.5f) * n, 0), last),
         row = (int)least(most((0.5f * y + 0.5f) * n, 0), last);
     return row * count + column;
+}
+
+// table[cell] of INTENSITY_CELLS numbers.
+static inline void look_up(const float *table, const int *cell, float *found) {
+#ifdef __AVX512F__
+    _Static_assert(INTENSITY_CELLS == 4 * LANES, "two permutations of two registers each");
+    const __m512i index = _mm512_load_si512(cell);
+    const __m512 low = _mm512_permutex2var_ps(_mm512_loadu_ps(table), index, _mm512_loadu_ps(table + LANES));
+    const __m512 high =
+        _mm512_permutex2var_ps(_mm512_loadu_ps(table + 2 * LANES), index, _mm512_loadu_ps(table + 3 * LANES));
+    const __mmask16 upper = _mm512_cmpge_epi32_mask(index, _mm512_set1_epi32(2 * LANES));
+    _mm512_store_ps(found, _mm512_mask_blend_ps(upper, low, high));
+#else
+    EACH_LANE found[i] = table[cell[i]];
+#endif
 }
 
 // 1 - cosine of the half angle of the cone about a ball; 2 (all directions) from within it.
@@ -105,8 +123,9 @@ static inline void find_mixtures(const struct sampling_density *density, const s
             fall_off[i] = 1 / most(distance2, floor2);
         }
         lane_array weight; // by itself: what is read by index may not alias what is written
-        EACH_LANE weight[i] = intensity[cell[i]] * fall_off[i];
+        look_up(intensity, cell, weight);
         EACH_LANE {
+            weight[i] *= fall_off[i];
             mixture->weight[a][i] = weight[i];
             mixture->total[i] += weight[i];
         }
@@ -118,6 +137,24 @@ static inline void find_mixtures(const struct sampling_density *density, const s
         mixture->map_share[i] = (1 - SAMPLING_UNIFORM_SHARE) * map;
         mixture->anchor_share[i] = (1 - SAMPLING_UNIFORM_SHARE) * (1 - map);
     }
+}
+
+// Whether the line of any lane passes an anchor within its widest cone, or a little beyond: most pass most anchors by.
+static inline bool any_near(const struct sampling_density *density, const struct sampling_lanes *lanes, int a) {
+    const float *anchor = density->anchors[a];
+    const float widest2 = 1.001f * density->cone_radius[CONE_COUNT - 1] * density->cone_radius[CONE_COUNT - 1];
+    int near = 0;
+    EACH_LANE {
+        float x = anchor[0] - lanes->s[0][i], y = anchor[1] - lanes->s[1][i], z = anchor[2] - lanes->s[2][i];
+        float dx = lanes->direction[0][i], dy = lanes->direction[1][i], dz = lanes->direction[2][i];
+        float distance2 = x * x + y * y + z * z, along = x * dx + y * dy + z * dz;
+        x -= along * dx;
+        y -= along * dy;
+        z -= along * dz;
+        float across2 = x * x + y * y + z * z, reach2 = widest2 + 1e-6f * distance2;
+        near |= ((along > 0) & (across2 <= reach2)) | (distance2 <= 1.01f * widest2);
+    }
+    return near != 0;
 }
 
 // The density of the anchors' cones about one anchor: a step for each cone that the direction is in. Both sides of
@@ -196,7 +233,8 @@ static inline void mixture_densities(const struct sampling_density *density, con
         totals[i] = density->rows[view->cell[i] * (MAP_SIDE + 1) + MAP_SIDE];
     }
     EACH_LANE cones[i] = 0;
-    for (int a = 0; a < density->anchor_count; a++) add_cones(density, lanes, a, mixture->weight[a], cones);
+    for (int a = 0; a < density->anchor_count; a++)
+        if (any_near(density, lanes, a)) add_cones(density, lanes, a, mixture->weight[a], cones);
     EACH_LANE {
         float map = (SAMPLING_UNIFORM_SHARE + mixture->map_share[i] * counts[i] * MAP_PIXELS / totals[i]) *
                     mixture->uniform_density[i];
