@@ -113,25 +113,20 @@ static enum status finish_light(struct bake_job *job, struct baked_group *baked,
     struct light_field *field = job->light.field;
     struct exit_list exits = {0}; // lines as the field shows them
     double flux[3], noise[3], left[3]; // left: of the flux, by the ceiling
-    float anchors[SURVEY_CLUSTERS][3];
-    for (size_t i = 0; i < job->survey.cluster_count; i++)
-        memcpy(anchors[i], &job->survey.clusters[i].center, sizeof anchors[i]);
     enum status status = light_field_finish(field, error);
     if (status == STATUS_OK)
         status = light_field_exits(field, &job->lamp, job->guide, job->field_lines, job->most_field_lines, &exits, flux,
                                    noise, error);
-    if (status == STATUS_OK)
-        status = sampling_density_build(&baked->density, &job->lamp.proxy, (const float(*)[3])anchors,
-                                        job->survey.cluster_count, exits.exits, exits.count, job->lamp.seed,
-                                        job->run->threads, error);
+    if (status == STATUS_OK) status = bake_density_build(job, &exits, &baked->density, error);
     if (status == STATUS_OK)
         status =
             light_field_fit_ceiling(field, baked->density, exits.exits, exits.count, job->run->threads, left, error);
     if (status == STATUS_OK) {
         for (int c = 0; c < 3; c++) flux[c] *= left[c];
         scale_light(job, flux, noise, scale);
-        status = sampling_density_refine(&baked->density, field, &job->lamp.shape, &plan, error);
+        status = bake_density_thread(job, &exits, &baked->density, error);
     }
+    if (status == STATUS_OK) status = sampling_density_refine(&baked->density, field, &job->lamp.shape, &plan, error);
     exit_list_fini(&exits);
     return status;
 }

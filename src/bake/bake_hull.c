@@ -9,7 +9,8 @@ enum { LEAST_TRIANGLES = 2000, MOST_TRIES = 8 };
 
 // A file's tensors besides the hull.
 static size_t other_bytes(const struct bake_job *job) {
-    size_t group = light_field_bytes(job->light.field) + sampling_density_bytes(job->survey.cluster_count) +
+    size_t group = light_field_bytes(job->light.field) +
+                   sampling_density_bytes(job->survey.thin ? EMISSION_BEADS : job->survey.cluster_count) +
                    view_field_bytes(job->plan.view.log2_entries, job->lamp.aim_count);
     return bake_group_count(job) * group + transparency_bytes(job->transparency) + SMALL_THINGS;
 }

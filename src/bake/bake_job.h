@@ -87,6 +87,14 @@ void bake_group_fini(struct bake_job *job);
 void bake_groups_fini(struct bake_job *job);
 void bake_remove_checkpoints(struct bake_job *job);
 
+// --- The sampling density of the group's finished light field (bake_density.c) ---
+// From the exits that the field shows, with cones about the emission clusters.
+enum status bake_density_build(const struct bake_job *job, const struct exit_list *exits,
+                               struct sampling_density **density, struct error *error);
+// In its place one with cones about beads along the emission, where that is long and thin and they pay.
+enum status bake_density_thread(const struct bake_job *job, const struct exit_list *exits,
+                                struct sampling_density **density, struct error *error);
+
 // A point light is never hit by a camera line.
 bool bake_camera_sees_all(const struct scene *scene);
 // Chooses data source and encoding by short trainings of candidates, scored on held-out light.

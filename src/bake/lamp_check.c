@@ -96,9 +96,10 @@ enum status lamp_check(const struct scene *scene, const struct run *run, struct 
     if (scene->emitter_count == 0)
         return error_set(error, STATUS_INVALID,
                          "%s: the lamp has no emitter; give one of its shapes an <emitter type=\"area\">", scene->path);
-    size_t dark = 0;
+    size_t dark = 0, points = 0;
     for (size_t i = 0; i < scene->emitter_count; i++) {
         const struct emitter *emitter = scene->emitters[i];
+        points += (emitter->flags & EMITTER_DELTA_POSITION) != 0;
         if (!rgb_is_finite(emitter->power) || rgb_max(emitter->power) > 0) continue;
         dark++;
         if (emitter->shape)
@@ -109,5 +110,11 @@ enum status lamp_check(const struct scene *scene, const struct run *run, struct 
     if (dark == scene->emitter_count)
         return error_set(error, STATUS_INVALID, "%s: all emitters of the lamp have no power; set their radiance",
                          scene->path);
+    if (points > 0)
+        run_warn(run,
+                 "%s: %zu of the lamp's emitters are points, which have no radiance: what is seen of them directly or "
+                 "through glass becomes a small spot that lights walls less sharply; spheres of the bulbs' sizes are "
+                 "exact",
+                 scene->path, points);
     return check_glass(scene, run, error);
 }

@@ -5,6 +5,7 @@
 
 enum { STATISTICS_EXITS = 200000 };
 static const float least_shell_gap = 0.04f, pass_margin = 1.25f;
+static const float thin_ratio = 0.6f; // along a line 0.5, over a surface 0.71
 
 static float distance2(vec3 a, vec3 b) {
     vec3 d = vec3_sub(a, b);
@@ -12,7 +13,15 @@ static float distance2(vec3 a, vec3 b) {
 }
 
 enum status survey_clusters(struct survey *survey, const struct lamp *lamp, struct error *error) {
-    return emission_clusters_find(survey->clusters, &survey->cluster_count, lamp->scene, -1, lamp->proxy.radius, error);
+    const struct scene *scene = lamp->scene;
+    enum status status =
+        emission_clusters_find(survey->clusters, &survey->cluster_count, scene, -1, lamp->proxy.radius, error);
+    const size_t count = survey->cluster_count;
+    float beads[EMISSION_BEADS][3], reach = 0, half_reach = 0;
+    if (!status && count) status = emission_beads_find(beads, count, &reach, scene, -1, error);
+    if (!status && count) status = emission_beads_find(beads, 2 * count, &half_reach, scene, -1, error);
+    survey->thin = half_reach < thin_ratio * reach;
+    return status;
 }
 
 static bool passes_cluster(const struct survey *survey, const struct line_exit *exit) {

@@ -12,6 +12,7 @@ struct survey {
     float exit_rate; // exits per emitted particle
     struct emission_cluster clusters[SURVEY_CLUSTERS];
     size_t cluster_count;
+    bool thin; // the emission is long and thin: twice as many clusters would be about half as large
     float clear_share; // of the flux on lines that pass an emission cluster
     float shell_radii[SURVEY_SHELLS]; // [fraction of the proxy's radius] ascending: where light was scattered last
     size_t shell_count;

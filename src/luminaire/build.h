@@ -131,6 +131,12 @@ enum status light_field_fit_ceiling(struct light_field *field, const struct samp
                                     const struct line_exit *exits, size_t exit_count, int threads, double left[3],
                                     struct error *error);
 
+// Relative variance of L cos / p of the density's samples, over points at 1.2 to 12 radii that face the lamp and count
+// by the square of its light there (and of their distance): what a room shows of it.
+struct proxy_shape;
+double sampling_density_noise(const struct sampling_density *density, const struct light_field *field,
+                              const struct proxy_shape *shape, int threads);
+
 // The same anew, by what the finished light field shows along lines that the density draws from 1.02 to 8 radii, in
 // SAMPLING_ROUNDS rounds: the last has `lines` (0: none of this), those before a quarter each. The anchors' cones stay.
 // After an error the density is that of the last round that was made.
@@ -140,7 +146,6 @@ struct sampling_refinement {
     uint64_t seed;
     int threads;
 };
-struct proxy_shape;
 enum status sampling_density_refine(struct sampling_density **density, const struct light_field *field,
                                     const struct proxy_shape *shape, const struct sampling_refinement *plan,
                                     struct error *error);

@@ -48,19 +48,26 @@ static size_t nearest_cluster(const struct emission_cluster *clusters, size_t co
     return nearest;
 }
 
-// Farthest-point traversal: after k centres every point is within reaches[k] of one of them. As many as bring that
-// below `reach`, and beyond it as many as the emission has separate pieces: where one more centre makes the reach fall
-// at once, from the distance between pieces to the size of a piece.
-static size_t spread_clusters(struct emission_cluster *clusters, const vec3 *points, float *d2, float reach) {
-    float reaches[EMISSION_CLUSTERS + 1] = {INFINITY};
-    size_t next = 0, count = 0;
+// Farthest-point traversal: after k centres every point is within reaches[k] of one of them.
+static void traverse(struct emission_cluster *clusters, size_t count, const vec3 *points, float *d2, float *reaches) {
+    size_t next = 0;
     for (size_t i = 0; i < EMISSION_POINTS; i++) d2[i] = INFINITY;
-    for (size_t k = 1; k <= EMISSION_CLUSTERS; k++) {
+    for (size_t k = 1; k <= count; k++) {
         clusters[k - 1].center = points[next];
         for (size_t i = 0; i < EMISSION_POINTS; i++) d2[i] = fminf(d2[i], distance2(points[i], points[next]));
         for (size_t i = 0; i < EMISSION_POINTS; i++)
             if (d2[i] > d2[next]) next = i;
         reaches[k] = sqrtf(d2[next]);
+    }
+}
+
+// As many as bring the reach below `reach`, and beyond it as many as the emission has separate pieces: where one more
+// centre makes the reach fall at once, from the distance between pieces to the size of a piece.
+static size_t spread_clusters(struct emission_cluster *clusters, const vec3 *points, float *d2, float reach) {
+    float reaches[EMISSION_CLUSTERS + 1] = {INFINITY};
+    size_t count = 0;
+    traverse(clusters, EMISSION_CLUSTERS, points, d2, reaches);
+    for (size_t k = 1; k <= EMISSION_CLUSTERS; k++) {
         bool separate = reaches[k] < piece_gap * reaches[k - 1];
         if (count == 0 ? reaches[k] <= reach || k == EMISSION_CLUSTERS : separate) count = k;
     }
@@ -68,8 +75,8 @@ static size_t spread_clusters(struct emission_cluster *clusters, const vec3 *poi
 }
 
 static void refine_clusters(struct emission_cluster *clusters, size_t count, const vec3 *points) {
-    vec3 sums[EMISSION_CLUSTERS] = {{0, 0, 0}};
-    size_t counts[EMISSION_CLUSTERS] = {0};
+    vec3 sums[EMISSION_BEADS] = {{0, 0, 0}};
+    size_t counts[EMISSION_BEADS] = {0};
     for (size_t i = 0; i < EMISSION_POINTS; i++) {
         size_t c = nearest_cluster(clusters, count, points[i]);
         sums[c] = vec3_add(sums[c], vec3_sub(points[i], clusters[c].center));
@@ -102,6 +109,24 @@ enum status emission_clusters_find(struct emission_cluster clusters[EMISSION_CLU
             struct emission_cluster *cluster = &clusters[nearest_cluster(clusters, *count, points[i])];
             cluster->radius = fmaxf(cluster->radius, sqrtf(distance2(points[i], cluster->center)));
         }
+    }
+    free(points);
+    free(d2);
+    return status;
+}
+
+enum status emission_beads_find(float (*beads)[3], size_t count, float *reach, const struct scene *scene, int luminaire,
+                                struct error *error) {
+    vec3 *points = malloc(EMISSION_POINTS * sizeof *points);
+    float *d2 = malloc(EMISSION_POINTS * sizeof *d2), reaches[EMISSION_BEADS + 1];
+    struct emission_cluster clusters[EMISSION_BEADS];
+    enum status status = points && d2 ? draw_points(points, scene, luminaire, error)
+                                      : error_set(error, STATUS_MEMORY, "out of memory for the emission points");
+    if (status == STATUS_OK) {
+        traverse(clusters, count, points, d2, reaches);
+        *reach = reaches[count];
+        for (int step = 0; step < LLOYD_STEPS; step++) refine_clusters(clusters, count, points);
+        for (size_t c = 0; c < count; c++) vec3_store(beads[c], clusters[c].center);
     }
     free(points);
     free(d2);

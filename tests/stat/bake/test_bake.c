@@ -173,12 +173,13 @@ static void errors_say_what_to_do(void **state) {
     fputs("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 3 4\nf 1 4 2\n", mesh);
     fclose(mesh);
     snprintf(body, sizeof body,
-             "%s<shape type=\"obj\" id=\"vase\"><string name=\"filename\" value=\"open.obj\"/>"
+             "%s<emitter type=\"point\"/><shape type=\"obj\" id=\"vase\"><string name=\"filename\" value=\"open.obj\"/>"
              "<bsdf type=\"dielectric\"/></shape>",
              bulb);
     assert_int_equal(bake(write_lamp("open.xml", body), in_folder("x"), 2, 0, false, &report, &listener, &error),
                      STATUS_CANCELLED);
     assert_non_null(strstr(listener.warnings, "'vase' is open (3 edges"));
+    assert_non_null(strstr(listener.warnings, "1 of the lamp's emitters are points"));
 }
 
 // With a hull in the file T is exact off its silhouettes: 0 through the bulb or the block, 1 beside both.
@@ -268,10 +269,33 @@ static void a_hull_leaves_room_for_the_rest(void **state) {
     assert_true(triangles[0] > 40000 && triangles[1] < triangles[0] && triangles[1] > triangles[0] / 8);
 }
 
+// Light samples aim at beads along tubes: with cones about clusters alone they vary by 6.
+static void thin_tubes_are_aimed_at(void **state) {
+    (void)state;
+    char body[4000] = "";
+    for (int i = 0; i < 6; i++) {
+        const double a = M_PI / 3 * i, b = M_PI / 3 * (i + 1);
+        snprintf(body + strlen(body), sizeof body - strlen(body),
+                 "<shape type=\"cylinder\"><point name=\"p0\" x=\"%g\" y=\"0\" z=\"%g\"/>"
+                 "<point name=\"p1\" x=\"%g\" y=\"0\" z=\"%g\"/><float name=\"radius\" value=\"0.012\"/>"
+                 "<emitter type=\"area\"/></shape>",
+                 cos(a), sin(a), cos(b), sin(b));
+    }
+    struct bake_report report;
+    struct listener listener;
+    struct error error;
+    const char *path = in_folder("ring.safetensors");
+    assert_int_equal(bake(write_lamp("ring.xml", body), path, 2, -1, false, &report, &listener, &error), STATUS_OK);
+    assert_true(report.evaluation.sampling_measured);
+    assert_true(report.evaluation.sample_variance < 3);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(bare_sphere_is_exact),
+                                       cmocka_unit_test(thin_tubes_are_aimed_at),
                                        cmocka_unit_test(same_file_for_threads_and_resume),
-                                       cmocka_unit_test(errors_say_what_to_do), cmocka_unit_test(silhouettes_are_exact),
+                                       cmocka_unit_test(errors_say_what_to_do),
+                                       cmocka_unit_test(silhouettes_are_exact),
                                        cmocka_unit_test(a_hull_leaves_room_for_the_rest)};
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }
