@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bake/hull_cutout.h"
 #include "bake/hull_normals.h"
 #include "bake/hull_order.h"
 #include "bake/hull_simplify.h"
@@ -13,9 +14,11 @@
 #include "luminaire/hull_pack.h"
 #include "math/warp.h"
 
-enum { ANALYTIC_ROWS = 12, ANALYTIC_COLUMNS = 24, LEAST_TRIES = 4, MOST_TRIES = 64, MAX_PASSES = 64, BLOCK = 256 };
-static const float tolerance = 3e-4f; // [proxy radius]
+enum { LEAST_COLUMNS = 24, MOST_COLUMNS = 128, LEAST_TRIES = 4, MOST_TRIES = 64, MAX_PASSES = 64, BLOCK = 256 };
+static const float tolerance = 3e-4f, chord_tolerance = 7e-4f; // [proxy radius]
 static const float glass_stiffness = 4;
+static const float finest_cut = 4e-3f; // [proxy radius]
+static const size_t most_cut = 1000000; // triangles of cut-outs; where there are more they are cut more coarsely
 static const double look_rays = 8e6; // at most, of all triangles together
 
 struct builder {
@@ -24,6 +27,8 @@ struct builder {
     struct hull_part parts[HULL_MAX_PARTS];
     const struct bsdf *part_bsdf[HULL_MAX_PARTS];
     bool part_emits[HULL_MAX_PARTS];
+    bool *cutout; // of every shape
+    float finest; // of cut-outs
     size_t part_count;
     struct loose_mesh mesh;
     uint32_t *shape, *primitive; // of every triangle; primitive UINT32_MAX: of an analytic shape
@@ -46,7 +51,7 @@ static bool is_clear_glass(const struct shape *shape, float *eta) {
     return through.wo.z < 0 && fabsf(whole - 1) < 1e-3f && t.r == t.g && t.g == t.b && r.r == 1 && r.g == 1 && r.b == 1;
 }
 
-static uint32_t part_of(struct builder *b, const struct shape *shape, bool *glass) {
+static uint32_t part_of(struct builder *b, const struct shape *shape, bool cutout, bool *glass) {
     struct hull_part part = {.kind = HULL_OPAQUE, .eta = 1};
     *glass = is_clear_glass(shape, &part.eta);
     if (*glass) {
@@ -54,7 +59,8 @@ static uint32_t part_of(struct builder *b, const struct shape *shape, bool *glas
         if (shape->has_interior) memcpy(part.sigma_a, &shape->sigma_a, sizeof part.sigma_a);
     } else {
         part.eta = 1;
-        if (shape->bsdf->flags & (BSDF_TRANSMISSION | BSDF_NULL)) part.kind = HULL_TRANSLUCENT;
+        if (shape->bsdf->flags & (cutout ? BSDF_TRANSMISSION : BSDF_TRANSMISSION | BSDF_NULL))
+            part.kind = HULL_TRANSLUCENT;
     }
     part.smooth = shape->mesh.triangle_count == 0 || shape->mesh.normals;
     size_t alike = HULL_MAX_PARTS; // the last resort of a lamp of very many materials
@@ -104,37 +110,105 @@ static void add_mesh(struct builder *b, const struct shape *shape, uint32_t inde
     }
 }
 
+// So many that the chords of an analytic shape are near to it.
+static int analytic_columns(const struct builder *b, const struct shape *shape) {
+    struct surface front, back;
+    shape_sample(shape, (vec2){0, 0.5f}, &front);
+    shape_sample(shape, (vec2){0.5f, 0.5f}, &back);
+    const float radius = 0.5f * vec3_length(vec3_sub(front.p, back.p)) / b->lamp->proxy.radius;
+    const float columns = PI_F * sqrtf(0.5f * radius / chord_tolerance); // sagitta = r (1 - cos(pi / columns))
+    return 2 * (int)ceilf(0.5f * clampf(columns, LEAST_COLUMNS, MOST_COLUMNS));
+}
+
 // Rows at equal angles on a sphere, where uv is uniform by area.
 static void add_analytic(struct builder *b, const struct shape *shape, uint32_t index) {
-    uint32_t first = (uint32_t)b->mesh.vertex_count;
-    vec3 normals[(ANALYTIC_ROWS + 1) * (ANALYTIC_COLUMNS + 1)];
-    for (int y = 0, at = 0; y <= ANALYTIC_ROWS; y++)
-        for (int x = 0; x <= ANALYTIC_COLUMNS; x++, at++) {
+    const uint32_t first = (uint32_t)b->mesh.vertex_count;
+    const int columns = analytic_columns(b, shape), rows = columns / 2;
+    vec3 normals[(MOST_COLUMNS / 2 + 1) * (MOST_COLUMNS + 1)];
+    for (int y = 0, at = 0; y <= rows; y++)
+        for (int x = 0; x <= columns; x++, at++) {
             struct surface surface;
-            float v = 0.5f - 0.5f * cosf(PI_F * (float)y / ANALYTIC_ROWS);
-            shape_sample(shape, (vec2){(float)(x % ANALYTIC_COLUMNS) / ANALYTIC_COLUMNS, v}, &surface);
+            float v = 0.5f - 0.5f * cosf(PI_F * (float)y / (float)rows);
+            shape_sample(shape, (vec2){(float)(x % columns) / (float)columns, v}, &surface);
             add_vertex(b, surface.p, b->map->part[index]);
             normals[at] = surface.ng;
         }
-    for (int y = 0; y < ANALYTIC_ROWS; y++)
-        for (int x = 0; x < ANALYTIC_COLUMNS; x++) {
-            int at = y * (ANALYTIC_COLUMNS + 1) + x, below = at + ANALYTIC_COLUMNS + 1;
+    for (int y = 0; y < rows; y++)
+        for (int x = 0; x < columns; x++) {
+            int at = y * (columns + 1) + x, below = at + columns + 1;
             vec3 outside =
                 vec3_add(vec3_add(normals[at], normals[at + 1]), vec3_add(normals[below], normals[below + 1]));
             uint32_t v[4] = {first + (uint32_t)at, first + (uint32_t)at + 1, first + (uint32_t)below,
                              first + (uint32_t)below + 1};
             if (y > 0) add_triangle(b, v[0], v[1], v[3], outside, index, UINT32_MAX);
-            if (y < ANALYTIC_ROWS - 1) add_triangle(b, v[0], v[3], v[2], outside, index, UINT32_MAX);
+            if (y < rows - 1) add_triangle(b, v[0], v[3], v[2], outside, index, UINT32_MAX);
         }
+}
+
+// --- Cut-outs ---
+static void each_cut(const struct builder *b, const struct shape *shape, cutout_add *add, void *user) {
+    for (uint32_t t = 0; t < shape->mesh.triangle_count; t++) {
+        const uint32_t *v = shape->mesh.indices + 3 * (size_t)t;
+        const vec3 *p = shape->mesh.positions;
+        hull_cut(shape, t, (struct cutout_corner[3]){{p[v[0]], {0, 0}}, {p[v[1]], {1, 0}}, {p[v[2]], {0, 1}}},
+                 b->finest, add, user);
+    }
+    if (shape->mesh.triangle_count) return;
+    enum { SIDE = 8 };
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        struct cutout_corner corner[4];
+        for (int k = 0; k < 4; k++) {
+            struct surface surface;
+            corner[k].at = (vec2){(float)(i % SIDE + k % 2) / SIDE, (float)(i / SIDE + k / 2) / SIDE};
+            shape_sample(shape, corner[k].at, &surface);
+            corner[k].p = surface.p;
+        }
+        hull_cut(shape, UINT32_MAX, (struct cutout_corner[3]){corner[0], corner[1], corner[3]}, b->finest, add, user);
+        hull_cut(shape, UINT32_MAX, (struct cutout_corner[3]){corner[0], corner[3], corner[2]}, b->finest, add, user);
+    }
+}
+
+static void count_cut(void *user, const struct cutout_piece *piece) {
+    (void)piece;
+    ++*(size_t *)user;
+}
+
+static size_t count_cuts(const struct builder *b) {
+    const struct scene *scene = b->lamp->scene;
+    size_t count = 0;
+    for (size_t i = 0; i < scene->shape_count; i++)
+        if (b->cutout[i]) each_cut(b, scene->shapes[i], count_cut, &count);
+    return count;
+}
+
+struct cut_builder {
+    struct builder *builder;
+    uint32_t index; // of the shape
+};
+
+static void add_cut(void *user, const struct cutout_piece *piece) {
+    const struct cut_builder *cut = user;
+    struct builder *b = cut->builder;
+    const uint32_t first = (uint32_t)b->mesh.vertex_count;
+    for (int k = 0; k < 3; k++) add_vertex(b, piece->corners[k].p, b->map->part[cut->index]);
+    add_triangle(b, first, first + 1, first + 2, piece->normal, cut->index, piece->primitive);
 }
 
 static enum status collect(struct builder *b, struct error *error) {
     const struct scene *scene = b->lamp->scene;
-    size_t vertices = 0, triangles = 0;
+    b->finest = finest_cut * b->lamp->proxy.radius;
+    size_t triangles = count_cuts(b);
+    while (triangles > most_cut) {
+        b->finest *= 2;
+        triangles = count_cuts(b);
+    }
+    size_t vertices = 3 * triangles;
     for (size_t i = 0; i < scene->shape_count; i++) {
+        if (b->cutout[i]) continue;
         const struct mesh *mesh = &scene->shapes[i]->mesh;
-        vertices += mesh->triangle_count ? mesh->vertex_count : (ANALYTIC_ROWS + 1) * (ANALYTIC_COLUMNS + 1);
-        triangles += mesh->triangle_count ? mesh->triangle_count : 2 * ANALYTIC_ROWS * ANALYTIC_COLUMNS;
+        const size_t columns = mesh->triangle_count ? 0 : (size_t)analytic_columns(b, scene->shapes[i]);
+        vertices += columns ? (columns / 2 + 1) * (columns + 1) : mesh->vertex_count;
+        triangles += columns ? columns * columns : mesh->triangle_count;
     }
     b->mesh.positions = malloc((vertices + 1) * sizeof *b->mesh.positions);
     b->mesh.vertex_part = malloc((vertices + 1) * sizeof *b->mesh.vertex_part);
@@ -146,7 +220,9 @@ static enum status collect(struct builder *b, struct error *error) {
         vertices > UINT32_MAX)
         return error_set(error, STATUS_MEMORY, "out of memory for a hull of %zu triangles", triangles);
     for (size_t i = 0; i < scene->shape_count; i++)
-        if (scene->shapes[i]->mesh.triangle_count)
+        if (b->cutout[i])
+            each_cut(b, scene->shapes[i], add_cut, &(struct cut_builder){b, (uint32_t)i});
+        else if (scene->shapes[i]->mesh.triangle_count)
             add_mesh(b, scene->shapes[i], (uint32_t)i);
         else
             add_analytic(b, scene->shapes[i], (uint32_t)i);
@@ -159,7 +235,7 @@ static bool gets_out(const struct builder *b, struct ray ray) {
     struct surface surface;
     for (int i = 0; i < MAX_PASSES; i++) {
         if (!scene_intersect(b->lamp->scene, &ray, -1, &surface)) return true;
-        if (!b->map->glass[surface.shape->index]) return false;
+        if (!b->map->glass[surface.shape->index] && !surface_is_hole(&surface, vec3_neg(ray.direction))) return false;
         ray = surface_spawn_ray(&surface, ray.direction);
     }
     return false;
@@ -253,8 +329,10 @@ static enum status build(struct hull **hull, struct builder *b, struct hull_map 
                          struct error *error) {
     const struct scene *scene = b->lamp->scene;
     float stiffness[HULL_MAX_PARTS];
+    for (size_t i = 0; i < scene->shape_count; i++) b->cutout[i] = hull_shape_is_cutout(scene->shapes[i]);
     for (size_t i = 0; i < scene->shape_count; i++)
-        if ((map->part[i] = part_of(b, scene->shapes[i], &map->glass[i])) == HULL_MAX_PARTS) return STATUS_OK;
+        if ((map->part[i] = part_of(b, scene->shapes[i], b->cutout[i], &map->glass[i])) == HULL_MAX_PARTS)
+            return STATUS_OK;
     for (size_t i = 0; i < b->part_count; i++) stiffness[i] = b->parts[i].kind == HULL_GLASS ? glass_stiffness : 1;
     enum status status = collect(b, error);
     if (status) return status;
@@ -280,11 +358,14 @@ enum status hull_build(struct hull **hull, struct hull_map *map, const struct la
     else {
         b->lamp = lamp;
         b->map = map;
-        status = build(hull, b, map, triangles, error);
+        b->cutout = calloc(shapes + 1, sizeof *b->cutout);
+        status = !b->cutout ? error_set(error, STATUS_MEMORY, "out of memory for a hull")
+                            : build(hull, b, map, triangles, error);
         loose_mesh_fini(&b->mesh);
         free(b->shape);
         free(b->primitive);
         free(b->visible);
+        free(b->cutout);
     }
     free(b);
     if (status) hull_map_fini(map);

@@ -116,6 +116,7 @@ rgb surface_eval_pdf_bsdf(const struct surface *surface, vec3 wi, vec3 wo, float
 bool surface_sample_bsdf(const struct surface *surface, vec3 wi, vec3 u, enum transport transport,
                          struct bsdf_sample *sample);
 rgb surface_through(const struct surface *surface, vec3 wi);
+bool surface_is_hole(const struct surface *surface, vec3 wi); // there is nothing: a mask of opacity 0
 unsigned surface_bsdf_flags(const struct surface *surface);
 // Emission towards w: 0 where the shape has no emitter or w is on the dark side.
 rgb surface_emission(const struct surface *surface, vec3 w);

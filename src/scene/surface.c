@@ -109,6 +109,12 @@ rgb surface_through(const struct surface *surface, vec3 wi) {
     return bsdf_through(surface->shape->bsdf, &point, frame_local_from_world(&surface->shading, wi));
 }
 
+bool surface_is_hole(const struct surface *surface, vec3 wi) {
+    if (!(surface->shape->bsdf->flags & BSDF_NULL)) return false;
+    const rgb through = surface_through(surface, wi);
+    return through.r >= 1 && through.g >= 1 && through.b >= 1;
+}
+
 unsigned surface_bsdf_flags(const struct surface *surface) { return surface->shape->bsdf->flags; }
 
 rgb surface_emission(const struct surface *surface, vec3 w) {

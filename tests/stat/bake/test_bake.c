@@ -269,6 +269,30 @@ static void a_hull_leaves_room_for_the_rest(void **state) {
     assert_true(triangles[0] > 40000 && triangles[1] < triangles[0] && triangles[1] > triangles[0] / 8);
 }
 
+// A checkerboard of opacity becomes holes in the hull.
+static void holes_are_holes(void **state) {
+    (void)state;
+    struct bake_plan plan = small;
+    plan.view = (struct view_plan){.chunks = 1, .log2_entries = 10};
+    plan.file_bytes = 2000000;
+    plan.hull_triangles = 30000;
+    char body[1200];
+    snprintf(body, sizeof body,
+             "%s<shape type=\"sphere\"><point name=\"center\" x=\"1\" y=\"2\" z=\"3\"/><bsdf type=\"mask\">"
+             "<texture name=\"opacity\" type=\"checkerboard\"><rgb name=\"color0\" value=\"1\"/>"
+             "<rgb name=\"color1\" value=\"0\"/><transform name=\"to_uv\"><scale x=\"8\" y=\"4\"/></transform>"
+             "</texture><bsdf type=\"twosided\"><bsdf type=\"diffuse\"/></bsdf></bsdf></shape>",
+             bulb);
+    struct bake_options options = {.lamp_path = write_lamp("holes.xml", body),
+                                   .output_path = in_folder("holes.safetensors"),
+                                   .quality = BAKE_DRAFT};
+    struct run run = {.threads = 2, .seed = 1};
+    struct bake_report report;
+    struct error error;
+    assert_int_equal(bake_lamp_plan(&options, &plan, &run, &report, &error), STATUS_OK);
+    assert_true(report.evaluation.transparency_error < 0.05f); // 0.4 where it is blurred
+}
+
 // Light samples aim at beads along tubes: with cones about clusters alone they vary by 6.
 static void thin_tubes_are_aimed_at(void **state) {
     (void)state;
@@ -293,6 +317,7 @@ static void thin_tubes_are_aimed_at(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(bare_sphere_is_exact),
                                        cmocka_unit_test(thin_tubes_are_aimed_at),
+                                       cmocka_unit_test(holes_are_holes),
                                        cmocka_unit_test(same_file_for_threads_and_resume),
                                        cmocka_unit_test(errors_say_what_to_do),
                                        cmocka_unit_test(silhouettes_are_exact),
