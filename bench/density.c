@@ -1,4 +1,5 @@
-// The sampling density of a baked luminaire: relative variance of L cos / p over distance, and nanoseconds a call.
+// The sampling density of a baked luminaire: relative variance of L cos / p over distance, as the mean over the points
+// and by the square of their light (dark points, where little is seen of the lamp, make most of the former).
 //   bench_density LAMP.safetensors [MILLIONS]   MILLIONS: made anew from so many lines of the light field
 #include <math.h>
 #include <stdio.h>
@@ -23,8 +24,9 @@ static enum status refine(struct luminaire *luminaire, double millions, struct e
     return status;
 }
 
-// Relative variance at one point, whose normal faces the centre.
-static double variance_at(const struct luminaire *luminaire, vec3 p, vec3 normal, struct sampler *sampler) {
+// Relative variance at one point, whose normal faces the centre, and the mean.
+static double variance_at(const struct luminaire *luminaire, vec3 p, vec3 normal, struct sampler *sampler,
+                          double *light) {
     for (size_t i = 0; i < SAMPLES; i++) {
         vec3_store(s[i], p);
         for (int c = 0; c < 3; c++) u[i][c] = sampler_1d(sampler);
@@ -40,6 +42,7 @@ static double variance_at(const struct luminaire *luminaire, vec3 p, vec3 normal
         mean += x / SAMPLES;
         square += x * x / SAMPLES;
     }
+    *light = mean;
     return mean > 0 ? square / (mean * mean) - 1 : 0;
 }
 
@@ -53,16 +56,19 @@ int main(int argc, char **argv) {
     float center[3], radius;
     luminaire_bounds(luminaire, center, &radius);
     for (size_t d = 0; d < sizeof distances / sizeof *distances; d++) {
-        double sum = 0, worst = 0;
+        double sum = 0, worst = 0, squares = 0, lights = 0;
         for (size_t i = 0; i < POINTS; i++) {
             struct sampler sampler = sampler_make(7, d, i);
             vec3 out = warp_uniform_sphere(sampler_2d(&sampler));
             vec3 p = vec3_mad(out, distances[d] * radius, (vec3){center[0], center[1], center[2]});
-            double v = variance_at(luminaire, p, vec3_neg(out), &sampler);
+            double light, v = variance_at(luminaire, p, vec3_neg(out), &sampler, &light);
             sum += v / POINTS;
+            squares += v * light * light;
+            lights += light * light;
             worst = fmax(worst, v);
         }
-        printf("at %5.2f radii: variance %7.3f, at worst %8.3f\n", (double)distances[d], sum, worst);
+        printf("at %5.2f radii: variance %7.3f, at worst %8.3f, by light %7.3f\n", (double)distances[d], sum, worst,
+               lights > 0 ? squares / lights : 0);
     }
     luminaire_destroy(luminaire);
     return 0;

@@ -27,31 +27,34 @@ static enum status try_anchors(const struct bake_job *job, const struct exit_lis
     return STATUS_OK;
 }
 
+static size_t copy_clusters(const struct survey *survey, float (*anchors)[3]) {
+    for (size_t i = 0; i < survey->cluster_count; i++) vec3_store(anchors[i], survey->clusters[i].center);
+    return survey->cluster_count;
+}
+
 enum status bake_density_build(const struct bake_job *job, const struct exit_list *exits,
                                struct sampling_density **density, struct error *error) {
-    const struct survey *survey = &job->survey;
     float anchors[SURVEY_CLUSTERS][3];
-    for (size_t i = 0; i < survey->cluster_count; i++) vec3_store(anchors[i], survey->clusters[i].center);
-    return build(job, exits, exits->count, (const float(*)[3])anchors, survey->cluster_count, density, error);
+    const size_t count = copy_clusters(&job->survey, anchors);
+    return build(job, exits, exits->count, (const float(*)[3])anchors, count, density, error);
 }
 
 enum status bake_density_thread(const struct bake_job *job, const struct exit_list *exits,
                                 struct sampling_density **density, struct error *error) {
-    const struct survey *survey = &job->survey;
-    if (!survey->thin) return STATUS_OK;
+    if (!job->survey.thin) return STATUS_OK;
     float anchors[EMISSION_BEADS][3], reach;
-    for (size_t i = 0; i < survey->cluster_count; i++) vec3_store(anchors[i], survey->clusters[i].center);
+    const size_t clusters = copy_clusters(&job->survey, anchors);
     double least;
-    size_t best = survey->cluster_count;
-    enum status status = try_anchors(job, exits, (const float(*)[3])anchors, best, &least, error);
+    size_t best = clusters;
+    enum status status = try_anchors(job, exits, (const float(*)[3])anchors, clusters, &least, error);
     for (size_t count = FEWEST_BEADS; !status && count <= EMISSION_BEADS; count *= 2) {
         double cost;
-        if (count <= survey->cluster_count) continue;
+        if (count <= clusters) continue;
         status = emission_beads_find(anchors, count, &reach, job->lamp.scene, -1, error);
         if (!status) status = try_anchors(job, exits, (const float(*)[3])anchors, count, &cost, error);
         if (!status && cost < least) least = cost, best = count;
     }
-    if (status || best == survey->cluster_count) return status;
+    if (status || best == clusters) return status;
     struct sampling_density *beads;
     status = emission_beads_find(anchors, best, &reach, job->lamp.scene, -1, error);
     if (!status) status = build(job, exits, exits->count, (const float(*)[3])anchors, best, &beads, error);

@@ -52,12 +52,27 @@ static bool fit_cones(struct sampling_density *density, const double *flux) {
     return true;
 }
 
+struct finding { // each line's nearest anchor
+    const struct sampling_density *density;
+    struct sampling_line *lines;
+    float *distance;
+    size_t count;
+};
+
+static void find_block(void *user, size_t block, int worker) {
+    (void)worker;
+    const struct finding *f = user;
+    const size_t end = (block + 1) * BLOCK < f->count ? (block + 1) * BLOCK : f->count;
+    for (size_t i = block * BLOCK; i < end; i++)
+        f->lines[i].anchor = sampling_nearest_anchor(f->density, f->lines[i].point, f->lines[i].w, &f->distance[i]);
+}
+
 // Gives every line near an anchor to it and sums the anchors' intensities.
-static void assign_anchors(struct sampling_density *density, struct sampling_line *lines, size_t count,
-                           float *distance) {
+static void assign_anchors(struct sampling_density *density, struct sampling_line *lines, size_t count, float *distance,
+                           int threads) {
     double flux[PROFILE_BINS] = {0};
+    parallel_for(threads, (count + BLOCK - 1) / BLOCK, find_block, &(struct finding){density, lines, distance, count});
     for (size_t i = 0; i < count; i++) {
-        lines[i].anchor = sampling_nearest_anchor(density, lines[i].point, lines[i].w, &distance[i]);
         float relative = distance[i] / density->radius;
         if (!(relative < profile_last)) continue;
         float place = logf(fmaxf(relative, profile_first) / profile_first) / logf(profile_last / profile_first);
@@ -113,7 +128,7 @@ enum status sampling_density_build(struct sampling_density **density, const stru
         status = error_set(error, STATUS_MEMORY, "out of memory for a sampling density of %zu exits", exit_count);
     if (!status) {
         const size_t count = lines_from_exits(exits, exit_count, lines);
-        assign_anchors(d, lines, count, distance);
+        assign_anchors(d, lines, count, distance, threads);
         sampling_sums_add(&sums, lines, count, 0, exit_count < MANY_EXITS ? 2 : 1, seed, threads);
         sampling_sums_encode(&sums);
         *density = d;

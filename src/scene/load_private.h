@@ -1,6 +1,6 @@
 // What the files of the scene loader share. load.c walks the scene; load_plugin.c makes textures and BSDFs;
-// load_shape.c shapes with their emitters and media; load_luminaire.c lamps, load_groups.c the groups of their
-// emitters, load_hull.c their hulls; load_settings.c camera and integrator.
+// load_shape.c shapes with their emitters and media; load_instance.c groups of them; load_luminaire.c lamps,
+// load_groups.c the groups of their emitters, load_hull.c their hulls; load_settings.c camera and integrator.
 #pragma once
 
 #include "scene/params.h"
@@ -29,11 +29,13 @@ struct loader {
         int luminaire; // kept geometry of this instance, or -1
         bool opaque_only; // leave out what emits or transmits
         int depth; // 0: the scene
+        bool instance; // of a shapegroup
     } placement;
 };
 
-extern const struct param shape_common_params[], luminaire_params[], medium_params[], sensor_common_params[],
-    film_params[], sampler_params[], rfilter_params[], integrator_params[];
+extern const struct param shape_common_params[], luminaire_params[], instance_params[], shapegroup_params[],
+    merge_params[], medium_params[], sensor_common_params[], film_params[], sampler_params[], rfilter_params[],
+    integrator_params[];
 
 enum status load_out_of_memory(const struct loader *loader);
 // Memory of the scene, NULL with an error set.
@@ -51,6 +53,8 @@ enum status load_shape(struct loader *loader, struct object *object);
 enum status load_emitter(struct loader *loader, struct object *object, struct shape *shape,
                          const struct emitter **emitter);
 enum status load_luminaire(struct loader *loader, struct object *object);
+enum status load_instance(struct loader *loader, struct object *object);
+enum status load_members(struct loader *loader, struct object *group); // the shapes of a shapegroup or merge
 // The setting of a lamp's groups (luminaire/group_setting.h): of geometry, whose emitters begin at `first`; of a baked
 // lamp, placed with this scale, as *dimmed with factors[LUMINAIRE_MAX_GROUPS]; of the emitters of a baked lamp's kept
 // geometry.

@@ -111,6 +111,9 @@ enum status load_shape(struct loader *loader, struct object *object) {
     struct object *emitter = NULL;
     if (!plugin_find("shape", object->type, &view, &index)) return load_unknown_type(loader, object);
     if (view.params == luminaire_params) return load_luminaire(loader, object);
+    if (view.params == instance_params) return load_instance(loader, object);
+    if (view.params == merge_params) return load_members(loader, object);
+    if (view.params == shapegroup_params) return STATUS_OK; // stands there to be referred to
     const struct shape_type *type = shape_table[index];
     struct shape *shape = load_alloc(loader, type->size);
     if (!shape) return STATUS_MEMORY;

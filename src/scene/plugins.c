@@ -17,6 +17,10 @@ const char *const plugin_tags[] = {"shape", "bsdf",    "texture", "emitter", "se
 
 // Objects whose types differ in name only, or that are read straight into the scene.
 static const struct plugin_view fixed_plugins[] = {
+    {"shape", "luminaire", "a lamp: its XML as geometry, or its baked file", luminaire_params, .common = NULL},
+    {"shape", "shapegroup", "shapes that instances place; by itself it is nowhere", shapegroup_params, .common = NULL},
+    {"shape", "instance", "the shapes of a shapegroup, placed", instance_params, .common = NULL},
+    {"shape", "merge", "shapes side by side", merge_params, .common = NULL},
     {"integrator", "path", "path tracing with next-event estimation", integrator_params, .common = NULL},
     {"integrator", "bdpt", "bidirectional path tracing", integrator_params, .common = NULL},
     {"integrator", "particle", "particle tracing from the lights", integrator_params, .common = NULL},
@@ -64,11 +68,7 @@ bool plugin_at(const char *tag, size_t index, struct plugin_view *view) {
         VIEW_OF(sensor_table, sensor_common_params);
     else if (!strcmp(tag, "shape")) {
         VIEW_OF(shape_table, shape_common_params);
-        if (!found && index == 0) {
-            *view = (struct plugin_view){tag, "luminaire", "a lamp: its XML as geometry, or its baked file",
-                                         luminaire_params, .common = NULL};
-            found = true;
-        }
+        found = found || fixed_plugin_at(tag, index, view);
     } else
         found = fixed_plugin_at(tag, index, view);
     return found;

@@ -3,7 +3,7 @@
 
 #include "scene/scene.h"
 
-enum { EMISSION_CLUSTERS = 64, EMISSION_BEADS = 128 };
+enum { EMISSION_CLUSTERS = 64, EMISSION_BEADS = 256 };
 
 struct emission_cluster {
     vec3 center;

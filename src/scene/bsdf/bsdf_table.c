@@ -6,6 +6,7 @@
     X(bumpmap)                                                                                                         \
     X(conductor)                                                                                                       \
     X(dielectric)                                                                                                      \
+    X(difftrans)                                                                                                       \
     X(diffuse)                                                                                                         \
     X(mask)                                                                                                            \
     X(mixture)                                                                                                         \

@@ -345,8 +345,39 @@ static int remove_folder(void **state) {
     return rmdir(folder);
 }
 
+static void instances_place_groups(void **state) {
+    (void)state;
+    static const char group[] = "<shape type='shapegroup' id='g'><shape type='sphere' id='a'><float name='radius' "
+                                "value='0.5'/></shape><shape type='cube'/></shape>";
+    char text[2000];
+    snprintf(text, sizeof text,
+             "%s<shape type='instance'><ref id='g'/><transform name='toWorld'><scale value='2'/><translate x='10'/>"
+             "</transform></shape><shape type='instance'><ref id='g'/></shape><shape type='merge'><shape "
+             "type='sphere'/></shape>",
+             group);
+    expect_ok(load_text(text, (struct scene_options){0}));
+    assert_int_equal(scene.shape_count, 5);
+    struct surface surface;
+    const struct ray ray = {{10, 0, 5}, {0, 0, -1}, 0, INFINITY};
+    assert_true(scene_intersect(&scene, &ray, -1, &surface));
+    assert_float_equal(surface.t, 3, 1e-4f); // the cube of side 4
+    scene_fini(&scene);
+    expect_ok(load_text(group, (struct scene_options){0})); // by itself it is nowhere
+    assert_int_equal(scene.shape_count, 0);
+    scene_fini(&scene);
+    expect_error("<shape type='instance'/>", "s.xml:2:1: an instance holds one shapegroup");
+    expect_error("<shape type='instance'><shape type='sphere'/></shape>", "an instance holds one shapegroup");
+    snprintf(text, sizeof text,
+             "%s<shape type='instance'><shape type='shapegroup'><shape type='instance'><ref id='g'/></shape></shape>"
+             "</shape>",
+             group);
+    expect_error(text, "cannot stand within a shapegroup");
+    expect_error("<shape type='merge'><float name='radius' value='1'/></shape>", "radius");
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(instances_place_groups),
         cmocka_unit_test(test_settings),
         cmocka_unit_test(test_defaults_and_unknown_integrator),
         cmocka_unit_test(test_baked_lamp),
