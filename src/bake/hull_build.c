@@ -146,28 +146,6 @@ static void add_analytic(struct builder *b, const struct shape *shape, uint32_t 
 }
 
 // --- Cut-outs ---
-static void each_cut(const struct builder *b, const struct shape *shape, cutout_add *add, void *user) {
-    for (uint32_t t = 0; t < shape->mesh.triangle_count; t++) {
-        const uint32_t *v = shape->mesh.indices + 3 * (size_t)t;
-        const vec3 *p = shape->mesh.positions;
-        hull_cut(shape, t, (struct cutout_corner[3]){{p[v[0]], {0, 0}}, {p[v[1]], {1, 0}}, {p[v[2]], {0, 1}}},
-                 b->finest, add, user);
-    }
-    if (shape->mesh.triangle_count) return;
-    enum { SIDE = 8 };
-    for (int i = 0; i < SIDE * SIDE; i++) {
-        struct cutout_corner corner[4];
-        for (int k = 0; k < 4; k++) {
-            struct surface surface;
-            corner[k].at = (vec2){(float)(i % SIDE + k % 2) / SIDE, (float)(i / SIDE + k / 2) / SIDE};
-            shape_sample(shape, corner[k].at, &surface);
-            corner[k].p = surface.p;
-        }
-        hull_cut(shape, UINT32_MAX, (struct cutout_corner[3]){corner[0], corner[1], corner[3]}, b->finest, add, user);
-        hull_cut(shape, UINT32_MAX, (struct cutout_corner[3]){corner[0], corner[3], corner[2]}, b->finest, add, user);
-    }
-}
-
 static void count_cut(void *user, const struct cutout_piece *piece) {
     (void)piece;
     ++*(size_t *)user;
@@ -177,7 +155,7 @@ static size_t count_cuts(const struct builder *b) {
     const struct scene *scene = b->lamp->scene;
     size_t count = 0;
     for (size_t i = 0; i < scene->shape_count; i++)
-        if (b->cutout[i]) each_cut(b, scene->shapes[i], count_cut, &count);
+        if (b->cutout[i]) hull_cut(scene->shapes[i], b->finest, count_cut, &count);
     return count;
 }
 
@@ -190,7 +168,7 @@ static void add_cut(void *user, const struct cutout_piece *piece) {
     const struct cut_builder *cut = user;
     struct builder *b = cut->builder;
     const uint32_t first = (uint32_t)b->mesh.vertex_count;
-    for (int k = 0; k < 3; k++) add_vertex(b, piece->corners[k].p, b->map->part[cut->index]);
+    for (int k = 0; k < 3; k++) add_vertex(b, piece->p[k], b->map->part[cut->index]);
     add_triangle(b, first, first + 1, first + 2, piece->normal, cut->index, piece->primitive);
 }
 
@@ -221,7 +199,7 @@ static enum status collect(struct builder *b, struct error *error) {
         return error_set(error, STATUS_MEMORY, "out of memory for a hull of %zu triangles", triangles);
     for (size_t i = 0; i < scene->shape_count; i++)
         if (b->cutout[i])
-            each_cut(b, scene->shapes[i], add_cut, &(struct cut_builder){b, (uint32_t)i});
+            hull_cut(scene->shapes[i], b->finest, add_cut, &(struct cut_builder){b, (uint32_t)i});
         else if (scene->shapes[i]->mesh.triangle_count)
             add_mesh(b, scene->shapes[i], (uint32_t)i);
         else

@@ -5,6 +5,7 @@
 #include "math/warp.h"
 
 enum { PROBES = 1024, MOST_DIVISIONS = 40 };
+enum { ANALYTIC_SIDE = 8 }; // squares of an analytic shape's coordinates, to begin with
 static const float whole = 0.02f, nearly_all = 0.9f;
 static const float coarsest = 16; // [finest]: no hole between corners that large goes unseen
 
@@ -27,6 +28,11 @@ bool hull_shape_is_cutout(const struct shape *shape) {
     }
     return (float)clear >= nearly_all * PROBES;
 }
+
+struct cutout_corner {
+    vec3 p;
+    vec2 at; // barycentric in the triangle, as of shape_fill_triangle; of an analytic shape as of shape_sample
+};
 
 struct cut {
     const struct shape *shape;
@@ -80,7 +86,7 @@ static void divide(const struct cut *cut, const struct cutout_corner c[3], int l
     const bool there = passing(&center) < 0.5f;
     const bool small = length2[longest] <= cut->finest2 || left == 0;
     if (small || (length2[longest] <= cut->coarsest2 && is_uniform(cut, c, there))) {
-        if (there) cut->add(cut->user, &(struct cutout_piece){{c[0], c[1], c[2]}, cut->primitive, center.ng});
+        if (there) cut->add(cut->user, &(struct cutout_piece){{c[0].p, c[1].p, c[2].p}, center.ng, cut->primitive});
         return;
     }
     const struct cutout_corner *from = &c[longest], *to = &c[(longest + 1) % 3], *other = &c[(longest + 2) % 3];
@@ -91,8 +97,24 @@ static void divide(const struct cut *cut, const struct cutout_corner c[3], int l
     divide(cut, (struct cutout_corner[3]){middle, *to, *other}, left - 1);
 }
 
-void hull_cut(const struct shape *shape, uint32_t primitive, const struct cutout_corner corners[3], float finest,
-              cutout_add *add, void *user) {
-    const struct cut cut = {shape, primitive, sqrf(finest), sqrf(coarsest * finest), add, user};
-    divide(&cut, corners, MOST_DIVISIONS);
+void hull_cut(const struct shape *shape, float finest, cutout_add *add, void *user) {
+    struct cut cut = {shape, UINT32_MAX, sqrf(finest), sqrf(coarsest * finest), add, user};
+    for (uint32_t t = 0; t < shape->mesh.triangle_count; t++) {
+        const uint32_t *v = shape->mesh.indices + 3 * (size_t)t;
+        const vec3 *p = shape->mesh.positions;
+        cut.primitive = t;
+        divide(&cut, (struct cutout_corner[3]){{p[v[0]], {0, 0}}, {p[v[1]], {1, 0}}, {p[v[2]], {0, 1}}},
+               MOST_DIVISIONS);
+    }
+    const int squares = shape->mesh.triangle_count ? 0 : ANALYTIC_SIDE * ANALYTIC_SIDE;
+    for (int i = 0; i < squares; i++) {
+        struct cutout_corner corner[4];
+        for (int k = 0; k < 4; k++) {
+            corner[k].at = (vec2){(float)(i % ANALYTIC_SIDE + k % 2) / ANALYTIC_SIDE,
+                                  (float)(i / ANALYTIC_SIDE + k / 2) / ANALYTIC_SIDE};
+            corner[k].p = surface_at(&cut, corner[k].at).p;
+        }
+        divide(&cut, (struct cutout_corner[3]){corner[0], corner[1], corner[3]}, MOST_DIVISIONS);
+        divide(&cut, (struct cutout_corner[3]){corner[0], corner[3], corner[2]}, MOST_DIVISIONS);
+    }
 }

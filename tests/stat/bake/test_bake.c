@@ -182,21 +182,26 @@ static void errors_say_what_to_do(void **state) {
     assert_non_null(strstr(listener.warnings, "1 of the lamp's emitters are points"));
 }
 
+static enum status bake_with_hull(const char *lamp, const char *path, size_t file_bytes, size_t triangles,
+                                  struct bake_report *report, struct error *error) {
+    struct bake_plan plan = small;
+    plan.view = (struct view_plan){.chunks = 1, .log2_entries = 10};
+    plan.file_bytes = file_bytes;
+    plan.hull_triangles = triangles;
+    const struct bake_options options = {.lamp_path = lamp, .output_path = path, .quality = BAKE_DRAFT};
+    const struct run run = {.threads = 2, .seed = 1};
+    return bake_lamp_plan(&options, &plan, &run, report, error);
+}
+
 // With a hull in the file T is exact off its silhouettes: 0 through the bulb or the block, 1 beside both.
 static void silhouettes_are_exact(void **state) {
     (void)state;
-    struct bake_plan plan = small;
-    plan.view = (struct view_plan){.chunks = 1, .log2_entries = 10};
-    plan.file_bytes = 400000;
-    plan.hull_triangles = 4000;
     char body[1000];
     snprintf(body, sizeof body, "%s%s", bulb, block);
     const char *path = in_folder("hull.safetensors"), *lamp = write_lamp("hull.xml", body);
-    struct bake_options options = {.lamp_path = lamp, .output_path = path, .quality = BAKE_DRAFT};
-    struct run run = {.threads = 2, .seed = 1};
     struct bake_report report;
     struct error error;
-    assert_int_equal(bake_lamp_plan(&options, &plan, &run, &report, &error), STATUS_OK);
+    assert_int_equal(bake_with_hull(lamp, path, 400000, 4000, &report, &error), STATUS_OK);
     assert_true(report.evaluation.transparency_error < 0.01f);
     struct luminaire *luminaire;
     assert_int_equal(luminaire_load(&luminaire, path, &error), STATUS_OK);
@@ -272,10 +277,6 @@ static void a_hull_leaves_room_for_the_rest(void **state) {
 // A checkerboard of opacity becomes holes in the hull.
 static void holes_are_holes(void **state) {
     (void)state;
-    struct bake_plan plan = small;
-    plan.view = (struct view_plan){.chunks = 1, .log2_entries = 10};
-    plan.file_bytes = 2000000;
-    plan.hull_triangles = 30000;
     char body[1200];
     snprintf(body, sizeof body,
              "%s<shape type=\"sphere\"><point name=\"center\" x=\"1\" y=\"2\" z=\"3\"/><bsdf type=\"mask\">"
@@ -283,13 +284,11 @@ static void holes_are_holes(void **state) {
              "<rgb name=\"color1\" value=\"0\"/><transform name=\"to_uv\"><scale x=\"8\" y=\"4\"/></transform>"
              "</texture><bsdf type=\"twosided\"><bsdf type=\"diffuse\"/></bsdf></bsdf></shape>",
              bulb);
-    struct bake_options options = {.lamp_path = write_lamp("holes.xml", body),
-                                   .output_path = in_folder("holes.safetensors"),
-                                   .quality = BAKE_DRAFT};
-    struct run run = {.threads = 2, .seed = 1};
     struct bake_report report;
     struct error error;
-    assert_int_equal(bake_lamp_plan(&options, &plan, &run, &report, &error), STATUS_OK);
+    assert_int_equal(
+        bake_with_hull(write_lamp("holes.xml", body), in_folder("holes.safetensors"), 2000000, 30000, &report, &error),
+        STATUS_OK);
     assert_true(report.evaluation.transparency_error < 0.05f); // 0.4 where it is blurred
 }
 
