@@ -20,9 +20,8 @@ HOLLOW = '<bsdf type="dielectric"><float name="int_ior" value="1"/><float name="
 BLACK = '<bsdf type="diffuse"><rgb name="reflectance" value="0"/></bsdf>'
 
 
-def matt(color, sides="twosided"):
-    bsdf = f'<bsdf type="diffuse"><rgb name="reflectance" value="{color}"/></bsdf>'
-    return f'<bsdf type="twosided">{bsdf}</bsdf>' if sides == "twosided" else bsdf
+def matt(color):
+    return f'<bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value="{color}"/></bsdf></bsdf>'
 
 
 def metal(name, alpha):
@@ -84,7 +83,7 @@ def neon():
 def fluorescent():
     """Two metres of tube in frosted glass under a white fixture."""
     return (tube((-1, 0, 0), (1, 0, 0), 0.008, shines(60)) + tube((-1.01, 0, 0), (1.01, 0, 0), 0.02, frosted(0.2)) +
-            placed("cube", '<scale x="1.02" y="0.01" z="0.03"/><translate y="0.04"/>', matt(0.8, "one")))
+            placed("cube", '<scale x="1.02" y="0.01" z="0.03"/><translate y="0.04"/>', matt(0.8)))
 
 
 def twelve_tubes():
@@ -95,7 +94,7 @@ def twelve_tubes():
 
 
 def filaments():
-    """Three glowing filaments in a bulb of clear glass with a brass cap."""
+    """Three glowing filaments in a bulb of clear glass with a gold cap."""
     wires = [((0.01, -0.02, 0), (0.012, 0.02, 0)), ((-0.01, -0.02, 0.004), (-0.012, 0.02, 0)),
              ((0, -0.02, -0.01), (0, 0.02, -0.012))]
     return (sphere((0, 0, 0), 0.045, GLASS) + sphere((0, 0, 0), 0.044, HOLLOW) +

@@ -42,7 +42,7 @@ enum status bake_density_build(const struct bake_job *job, const struct exit_lis
 enum status bake_density_thread(const struct bake_job *job, const struct exit_list *exits,
                                 struct sampling_density **density, struct error *error) {
     if (!job->survey.thin) return STATUS_OK;
-    float anchors[EMISSION_BEADS][3], reach;
+    float anchors[EMISSION_BEADS][3];
     const size_t clusters = copy_clusters(&job->survey, anchors);
     double least;
     size_t best = clusters;
@@ -50,13 +50,13 @@ enum status bake_density_thread(const struct bake_job *job, const struct exit_li
     for (size_t count = FEWEST_BEADS; !status && count <= EMISSION_BEADS; count *= 2) {
         double cost;
         if (count <= clusters) continue;
-        status = emission_beads_find(anchors, count, &reach, job->lamp.scene, -1, error);
+        status = emission_beads_find(anchors, count, NULL, job->lamp.scene, -1, error);
         if (!status) status = try_anchors(job, exits, (const float(*)[3])anchors, count, &cost, error);
         if (!status && cost < least) least = cost, best = count;
     }
     if (status || best == clusters) return status;
     struct sampling_density *beads;
-    status = emission_beads_find(anchors, best, &reach, job->lamp.scene, -1, error);
+    status = emission_beads_find(anchors, best, NULL, job->lamp.scene, -1, error);
     if (!status) status = build(job, exits, exits->count, (const float(*)[3])anchors, best, &beads, error);
     if (status) return status;
     sampling_density_destroy(*density);

@@ -28,7 +28,6 @@ struct builder {
     const struct bsdf *part_bsdf[HULL_MAX_PARTS];
     bool part_emits[HULL_MAX_PARTS];
     bool *cutout; // of every shape
-    float finest; // of cut-outs
     size_t part_count;
     struct loose_mesh mesh;
     uint32_t *shape, *primitive; // of every triangle; primitive UINT32_MAX: of an analytic shape
@@ -151,11 +150,11 @@ static void count_cut(void *user, const struct cutout_piece *piece) {
     ++*(size_t *)user;
 }
 
-static size_t count_cuts(const struct builder *b) {
+static size_t count_cuts(const struct builder *b, float finest) {
     const struct scene *scene = b->lamp->scene;
     size_t count = 0;
     for (size_t i = 0; i < scene->shape_count; i++)
-        if (b->cutout[i]) hull_cut(scene->shapes[i], b->finest, count_cut, &count);
+        if (b->cutout[i]) hull_cut(scene->shapes[i], finest, count_cut, &count);
     return count;
 }
 
@@ -174,11 +173,11 @@ static void add_cut(void *user, const struct cutout_piece *piece) {
 
 static enum status collect(struct builder *b, struct error *error) {
     const struct scene *scene = b->lamp->scene;
-    b->finest = finest_cut * b->lamp->proxy.radius;
-    size_t triangles = count_cuts(b);
+    float finest = finest_cut * b->lamp->proxy.radius;
+    size_t triangles = count_cuts(b, finest);
     while (triangles > most_cut) {
-        b->finest *= 2;
-        triangles = count_cuts(b);
+        finest *= 2;
+        triangles = count_cuts(b, finest);
     }
     size_t vertices = 3 * triangles;
     for (size_t i = 0; i < scene->shape_count; i++) {
@@ -199,7 +198,7 @@ static enum status collect(struct builder *b, struct error *error) {
         return error_set(error, STATUS_MEMORY, "out of memory for a hull of %zu triangles", triangles);
     for (size_t i = 0; i < scene->shape_count; i++)
         if (b->cutout[i])
-            hull_cut(scene->shapes[i], b->finest, add_cut, &(struct cut_builder){b, (uint32_t)i});
+            hull_cut(scene->shapes[i], finest, add_cut, &(struct cut_builder){b, (uint32_t)i});
         else if (scene->shapes[i]->mesh.triangle_count)
             add_mesh(b, scene->shapes[i], (uint32_t)i);
         else

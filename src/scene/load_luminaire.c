@@ -210,6 +210,7 @@ enum status load_luminaire(struct loader *loader, struct object *object) {
     placement.to_world = transform_multiply(&placement.to_world, &shape.to_world);
     placement.dim = rgb_mul(placement.dim, shape.dim);
     placement.depth++;
+    placement.instance = false; // the lamp may have instances of its own
     char path[PATH_MAX];
     path_resolve(path, sizeof path, object->place.file, shape.filename);
     if (has_extension(path, ".xml")) {

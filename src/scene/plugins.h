@@ -13,7 +13,8 @@ struct plugin_view {
 };
 
 extern const char *const plugin_tags[]; // "bsdf", "shape", "emitter", "texture", "sensor", ...; ends with NULL
-// Entry `index` of the tag's table, in the table's order; false behind the last. Shapes: the luminaire and groups come last.
+// Entry `index` of the tag's table, in the table's order; false behind the last. Shapes: the luminaire and groups come
+// last.
 bool plugin_at(const char *tag, size_t index, struct plugin_view *view);
 bool plugin_find(const char *tag, const char *name, struct plugin_view *view, size_t *index);
 // The nearest name among the tag's plugins, or NULL.

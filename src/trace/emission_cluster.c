@@ -124,7 +124,7 @@ enum status emission_beads_find(float (*beads)[3], size_t count, float *reach, c
                                       : error_set(error, STATUS_MEMORY, "out of memory for the emission points");
     if (status == STATUS_OK) {
         traverse(clusters, count, points, d2, reaches);
-        *reach = reaches[count];
+        if (reach) *reach = reaches[count];
         for (int step = 0; step < LLOYD_STEPS; step++) refine_clusters(clusters, count, points);
         for (size_t c = 0; c < count; c++) vec3_store(beads[c], clusters[c].center);
     }

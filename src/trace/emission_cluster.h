@@ -16,7 +16,7 @@ struct emission_cluster {
 // emitters that belong to instance `luminaire`'s geometry; -1: of the scene itself.
 enum status emission_clusters_find(struct emission_cluster clusters[EMISSION_CLUSTERS], size_t *count,
                                    const struct scene *scene, int luminaire, float lamp_radius, struct error *error);
-// The same emission as `count` <= EMISSION_BEADS balls, evenly along or over it. *reach: how far it is from the nearest
-// of so many of its own points; half as far for twice as many where it is long and thin.
+// The same emission as `count` <= EMISSION_BEADS balls, evenly along or over it. *reach (or NULL): how far it is from
+// the nearest of so many of its own points; half as far for twice as many where it is long and thin.
 enum status emission_beads_find(float (*beads)[3], size_t count, float *reach, const struct scene *scene, int luminaire,
                                 struct error *error);

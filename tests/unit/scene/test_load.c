@@ -372,6 +372,13 @@ static void instances_place_groups(void **state) {
              "</shape>",
              group);
     expect_error(text, "cannot stand within a shapegroup");
+    write_file("lamp.xml", "<scene version='0.6.0'><shape type='shapegroup' id='s'><shape type='sphere'/></shape>"
+                           "<shape type='instance'><ref id='s'/></shape></scene>");
+    expect_ok(load_text("<shape type='instance'><shape type='shapegroup'><shape type='luminaire'><string "
+                        "name='filename' value='lamp.xml'/></shape></shape></shape>",
+                        (struct scene_options){0}));
+    assert_int_equal(scene.shape_count, 1);
+    scene_fini(&scene);
     expect_error("<shape type='merge'><float name='radius' value='1'/></shape>", "radius");
 }
 
