@@ -116,7 +116,12 @@ static enum status load_bsdf_children(struct loader *loader, struct object *obje
 
 enum status load_bsdf(struct loader *loader, struct object *object, const struct bsdf **result) {
     static const char *const tags[] = {"texture", "bsdf", NULL};
-    static const char *const ignored[] = {"sample_visible", "flip_invalid_normals", NULL};
+    static const char *const ignored[] = {"sample_visible",
+                                          "flip_invalid_normals",
+                                          "main_specular_sampling_rate",
+                                          "clearcoat_sampling_rate",
+                                          "diffuse_reflectance_sampling_rate",
+                                          NULL};
     struct plugin_view view;
     size_t index;
     *result = object->instance;

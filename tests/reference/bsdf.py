@@ -5,7 +5,7 @@
 
 Lines of the output:
     bsdf XML                                             what follows is of this BSDF (both programs read the same text)
-    smooth WI[3] WO[3] F_COS[3] PDF                      eval and pdf, tracing radiance
+    smooth WI[3] WO[3] F_COS[3] PDF                      eval and pdf (nan: not to be compared), tracing radiance
     delta WI[3] WO[3] THROUGHPUT[3]                      sample: weight times probability
 All numbers are dimensionless or 1/sr; directions are local and point away from the surface.
 """
@@ -35,6 +35,19 @@ CASES += [("thindielectric", ""), ("thindielectric", GLASS)]
 CASES += [("plastic", COLOUR), ("plastic", COLOUR + TINT + '<boolean name="nonlinear" value="true"/>')]
 CASES += [("roughplastic", r + COLOUR) for r in (ROUGH[0], ROUGH[1], ROUGH[2])]
 CASES += [("roughplastic", ROUGH[3] + COLOUR + TINT + '<boolean name="nonlinear" value="true"/>')]
+PAINT = '<rgb name="base_color" value="0.6, 0.3, 0.1"/>'
+
+
+def principled(**numbers):
+    return ("principled", PAINT + "".join(f'<float name="{n}" value="{v}"/>' for n, v in numbers.items()))
+
+
+CASES += [("principled", ""), principled(roughness=0.2, specular=0.9), principled(roughness=0.3, metallic=1)]
+CASES += [principled(roughness=0.4, metallic=0.6, anisotropic=0.8), principled(roughness=0.4, spec_tint=0.7, specular=0.2)]
+CASES += [principled(sheen=0.8, sheen_tint=0.4), principled(sheen=1, metallic=0.3, flatness=0.6), principled(flatness=1, roughness=0.9)]
+CASES += [principled(clearcoat=1, clearcoat_gloss=0.2), principled(clearcoat=0.5, clearcoat_gloss=0.9, roughness=0.8, eta=1.9)]
+CASES += [principled(spec_trans=1, roughness=0.3), principled(spec_trans=0.6, roughness=0.5, metallic=0.3, eta=1.33, clearcoat=0.7)]
+CASES += [principled(spec_trans=0.8, roughness=0.25, anisotropic=0.5, spec_tint=0.5, sheen=0.5, eta=2.2)]
 
 
 def direction(theta, phi):
@@ -61,13 +74,15 @@ def record(kind, parameters):
     bsdf = mi.load_string(xml.replace("<bsdf ", '<bsdf version="3.0.0" ', 1))
     context = mi.BSDFContext()
     print("bsdf " + xml)
-    sided = "dielectric" in kind
+    sided = "dielectric" in kind or "spec_trans" in parameters
     for theta, phi in [(0.1, 0.3), (0.7, 2.5), (1.3, 5.0)] + ([(math.pi - 0.5, 1.0), (math.pi - 0.9, 4.0)] if sided else []):
         si = mi.SurfaceInteraction3f()
         si.wi = direction(theta, phi)
         if mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth):
             for wo in around(theta, phi):
                 value, pdf = bsdf.eval_pdf(context, si, wo)
+                if kind == "principled":
+                    pdf = math.nan  # each samples it in its own way
                 print("smooth " + numbers(si.wi, wo, value, [pdf]))
         if mi.has_flag(bsdf.flags(), mi.BSDFFlags.Delta):
             for u in (0.0, 0.9999):

@@ -23,7 +23,7 @@ mi.set_variant("scalar_rgb")
 SCENES = pathlib.Path(__file__).resolve().parents[1] / "scenes" / "compat"
 TOLERANCE = 0.015  # of a quadrant's mean, widened by four standard errors
 BATCHES = 4
-SAMPLES = {"dielectrics_v3": 256, "dielectrics_v06": 256, "absorption_v3": 256, "wrappers_v3": 1024,
+SAMPLES = {"dielectrics_v3": 256, "principled_v3": 512, "dielectrics_v06": 256, "absorption_v3": 256, "wrappers_v3": 1024,
            "delta_lights_v3": 2048, "delta_lights_v06": 512}
 # More definitions on the command line, for both programs.
 DEFINITIONS = {"defaults_v3": {"albedo": "0.6, 0.2, 0.2", "eye": "2"}, "defaults_v06": {"wall": "0.5, 0.5, 0.1"}}

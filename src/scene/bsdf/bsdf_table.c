@@ -13,6 +13,7 @@
     X(normalmap)                                                                                                       \
     X(null)                                                                                                            \
     X(plastic)                                                                                                         \
+    X(principled)                                                                                                      \
     X(roughconductor)                                                                                                  \
     X(roughdielectric)                                                                                                 \
     X(roughplastic)                                                                                                    \

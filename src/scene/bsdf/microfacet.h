@@ -51,3 +51,24 @@ static inline vec3 microfacet_sample(const struct microfacet *d, vec3 v, vec2 u)
     vec3 h = {(r * cosf(phi) + s.x) * d->alpha_u, (r * sinf(phi) + s.y) * d->alpha_v, maxf(rise, 1e-8f)};
     return vec3_normalize(h);
 }
+
+// The density of wo given wi by a visible normal, without the choice between reflection and refraction [1/sr]; 0 where
+// no facet takes wi (wi.z > 0) to wo. eta: IOR of the far side over the near side; *cos_i: between wi and the facet's
+// normal. Walter et al. 2007, eq. 13 to 17.
+static inline float microfacet_scatter_density(const struct microfacet *d, vec3 wi, vec3 wo, float eta, float *cos_i) {
+    const bool reflects = wo.z > 0;
+    vec3 m = vec3_normalize(vec3_mad(wo, reflects ? 1.0f : eta, wi));
+    if (m.z < 0) m = vec3_neg(m);
+    const float cos_o = vec3_dot(wo, m);
+    *cos_i = vec3_dot(wi, m);
+    if (!(*cos_i > 0) || (cos_o > 0) != reflects) return 0;
+    const float facets = microfacet_d(d, m) * microfacet_g1(d, wi) / wi.z;
+    if (reflects) return facets * 0.25f;
+    return facets * *cos_i * fabsf(cos_o) * sqrf(eta / (*cos_i + eta * cos_o));
+}
+
+// wi refracted by the facet m; cos_i, cos_t: the angles to m on both sides.
+static inline vec3 microfacet_refract(vec3 wi, vec3 m, float eta, float cos_i, float cos_t) {
+    const float inverse = 1.0f / eta;
+    return vec3_mad(m, cos_i * inverse - cos_t, vec3_scale(wi, -inverse));
+}

@@ -46,15 +46,9 @@ static inline float roughdielectric_density(const struct roughdielectric *r, con
         wi.z = -wi.z;
         wo.z = -wo.z;
     }
-    bool reflects = wo.z > 0;
-    vec3 m = vec3_normalize(vec3_mad(wo, reflects ? 1.0f : *eta, wi));
-    if (m.z < 0) m = vec3_neg(m);
-    float cos_i = vec3_dot(wi, m), cos_o = vec3_dot(wo, m), cos_t;
-    if (!(cos_i > 0) || (cos_o > 0) != reflects) return 0;
-    *fresnel = fresnel_dielectric(minf(cos_i, 1.0f), *eta, &cos_t);
-    float facets = microfacet_d(d, m) * microfacet_g1(d, wi) / wi.z;
-    if (reflects) return facets * 0.25f;
-    return facets * cos_i * fabsf(cos_o) * sqrf(*eta / (cos_i + *eta * cos_o));
+    float cos_i, cos_t, density = microfacet_scatter_density(d, wi, wo, *eta, &cos_i);
+    if (density > 0) *fresnel = fresnel_dielectric(minf(cos_i, 1.0f), *eta, &cos_t);
+    return density;
 }
 
 static rgb roughdielectric_eval(const struct bsdf *bsdf, const struct bsdf_point *point, vec3 wi, vec3 wo,
@@ -100,7 +94,7 @@ static bool roughdielectric_sample(const struct bsdf *bsdf, const struct bsdf_po
         sample->eta = 1;
     } else {
         float inverse = 1.0f / eta;
-        wo = vec3_mad(m, cos_i * inverse - cos_t, vec3_scale(wi, -inverse));
+        wo = microfacet_refract(wi, m, eta, cos_i, cos_t);
         if (wo.z >= 0) return false;
         pdf *= (1.0f - fresnel) * cos_i * cos_t * sqrf(eta / (cos_i - eta * cos_t));
         tint = r->specular_transmittance;

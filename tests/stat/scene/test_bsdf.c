@@ -18,6 +18,7 @@
 #define THIN "<bsdf type='thindielectric'><rgb name='specular_transmittance' value='0.7 0.9 1'/></bsdf>"
 // The shadowing function dims by the side of the light only: radiance and importance are not in a fixed ratio.
 #define UNSHADOWED "<boolean name='use_shadowing_function' value='false'/>"
+#define PRINCIPLED(settings) "<bsdf type='principled'><rgb name='base_color' value='0.2 0.5 0.9'/>" settings "</bsdf>"
 #define CHECKER                                                                                                        \
     "<texture type='checkerboard'><float name='color0' value='0.2'/><float name='color1' value='0.7'/></texture>"
 
@@ -26,64 +27,75 @@ static const struct bsdf_case {
     bool coarse; // a lobe too narrow for the grid of the chi-square test
     bool not_mirrored; // shading normals, or a cosine of another frame: no symmetry to test
     bool lossless; // all light comes back or goes through, in delta parts
+    bool generous; // an artists' model that can return more than it gets
 } cases[] = {
-    {MATT, 0, 0, 0},
-    {"<bsdf type='conductor'><string name='material' value='Cu'/></bsdf>", 0, 0, 0},
-    {"<bsdf type='roughconductor'>" GGX("0.5") "</bsdf>", 0, 0, 0},
-    {"<bsdf type='roughconductor'>" GGX("0.1") "<string name='material' value='Cu'/></bsdf>", 0, 0, 0},
-    {"<bsdf type='roughconductor'>" BECKMANN("0.5") "</bsdf>", 0, 0, 0},
-    {"<bsdf type='roughconductor'>" BECKMANN("0.1") "</bsdf>", 0, 0, 0},
-    {"<bsdf type='roughconductor'><string name='distribution' value='ggx'/><float name='alpha_u' value='0.1'/>"
-     "<float name='alpha_v' value='0.5'/></bsdf>",
-     0, 0, 0},
-    {"<bsdf type='roughconductor'><string name='distribution' value='beckmann'/><float name='alpha_u' value='0.6'/>"
-     "<float name='alpha_v' value='0.2'/></bsdf>",
-     0, 0, 0},
-    {"<bsdf type='roughconductor'>" GGX("0.001") "</bsdf>", 1, 0, 0},
-    {"<bsdf type='dielectric'/>", 0, 0, 1},
-    {"<bsdf type='thindielectric'/>", 0, 0, 1},
-    {THIN, 0, 0, 0},
-    {"<bsdf type='roughdielectric'>" GGX("0.5") "</bsdf>", 0, 0, 0},
-    {"<bsdf type='roughdielectric'>" GGX("1") "<float name='int_ior' value='2.4'/></bsdf>", 0, 0, 0},
-    {"<bsdf type='roughdielectric'>" GGX("0.1") "<rgb name='specular_reflectance' value='1 0.9 0.5'/></bsdf>", 0, 0, 0},
-    {"<bsdf type='roughdielectric'>" GGX(
-         "0.4") "<string name='int_ior' value='air'/><string name='ext_ior' value='water'/></bsdf>",
-     0, 0, 0},
-    {"<bsdf type='roughdielectric'>" BECKMANN("0.3") "</bsdf>", 0, 0, 0},
-    {"<bsdf type='roughdielectric'>" GGX("0.01") "</bsdf>", 1, 0, 0},
-    {"<bsdf type='roughdielectric'>" GGX("0.001") "</bsdf>", 1, 0, 0},
-    {"<bsdf type='roughdielectric'>" BECKMANN("0.01") "</bsdf>", 1, 0, 0},
-    {"<bsdf type='difftrans'><rgb name='transmittance' value='0.1 0.5 1'/></bsdf>", 0, 0, 0},
-    {"<bsdf type='mixturebsdf'><string name='weights' value='0.4 0.6'/>" MATT "<bsdf type='difftrans'/></bsdf>", 0, 0,
-     0},
-    {"<bsdf type='plastic'><rgb name='diffuse_reflectance' value='0.1 0.5 1'/></bsdf>", 0, 0, 0},
-    {"<bsdf type='plastic'><boolean name='nonlinear' value='true'/><float name='int_ior' value='1.9'/></bsdf>", 0, 0,
-     0},
-    {"<bsdf type='roughplastic'>" GGX("0.3") "<rgb name='diffuse_reflectance' value='0.1 0.5 0.9'/></bsdf>", 0, 0, 0},
-    {"<bsdf type='roughplastic'>" BECKMANN("0.15") "<boolean name='nonlinear' value='true'/></bsdf>", 0, 0, 0},
-    {"<bsdf type='twosided'>" MATT METAL "</bsdf>", 0, 0, 0},
-    {"<bsdf type='null'/>", 0, 0, 0},
-    {"<bsdf type='mask'><rgb name='opacity' value='0.3 0.6 1'/>" MATT "</bsdf>", 0, 0, 0},
-    {"<bsdf type='mask'><float name='opacity' value='0.4'/>" THIN "</bsdf>", 0, 0, 0},
-    {"<bsdf type='blendbsdf'><float name='weight' value='0.3'/>" MATT METAL "</bsdf>", 0, 0, 0},
-    {"<bsdf type='blendbsdf'><float name='weight' value='0.6'/>" FROSTED "<bsdf type='plastic'/></bsdf>", 0, 0, 0},
-    {"<bsdf type='mixturebsdf'><string name='weights' value='0.2, 0.3 0.4'/>" FROSTED THIN MATT "</bsdf>", 0, 0, 0},
-    {"<bsdf type='mixturebsdf'><string name='weights' value='0.5 0.5'/>" METAL "<bsdf type='mask'>" MATT
-     "</bsdf></bsdf>",
-     0, 0, 0},
-    {"<bsdf type='blendbsdf'><float name='weight' value='0.3'/><bsdf type='dielectric'/><bsdf "
-     "type='thindielectric'/></bsdf>",
-     0, 0, 1},
-    {"<bsdf type='mixturebsdf'><string name='weights' value='0.2 0.5 0.3'/><bsdf type='null'/><bsdf type='mask'>"
-     "<rgb name='opacity' value='0.3 0.6 1'/><bsdf type='dielectric'/></bsdf><bsdf type='twosided'><bsdf "
-     "type='conductor'/></bsdf>"
-     "</bsdf>",
-     0, 0, 1},
-    {"<bsdf type='bumpmap'>" CHECKER UNSHADOWED "<float name='scale' value='0.001'/>" METAL "</bsdf>", 0, 1, 0},
-    {"<bsdf type='mask'><bsdf type='twosided'><bsdf type='bumpmap'>" CHECKER UNSHADOWED
-     "<float name='scale' value='0.002'/>" MATT "</bsdf></bsdf></bsdf>",
-     0, 1, 0},
-    {"<bsdf type='normalmap'><rgb name='normalmap' value='0.7 0.4 0.9'/>" UNSHADOWED FROSTED "</bsdf>", 0, 1, 0},
+    {.xml = MATT},
+    {.xml = "<bsdf type='conductor'><string name='material' value='Cu'/></bsdf>"},
+    {.xml = "<bsdf type='roughconductor'>" GGX("0.5") "</bsdf>"},
+    {.xml = "<bsdf type='roughconductor'>" GGX("0.1") "<string name='material' value='Cu'/></bsdf>"},
+    {.xml = "<bsdf type='roughconductor'>" BECKMANN("0.5") "</bsdf>"},
+    {.xml = "<bsdf type='roughconductor'>" BECKMANN("0.1") "</bsdf>"},
+    {.xml = "<bsdf type='roughconductor'><string name='distribution' value='ggx'/><float name='alpha_u' value='0.1'/>"
+            "<float name='alpha_v' value='0.5'/></bsdf>"},
+    {.xml =
+         "<bsdf type='roughconductor'><string name='distribution' value='beckmann'/><float name='alpha_u' value='0.6'/>"
+         "<float name='alpha_v' value='0.2'/></bsdf>"},
+    {.xml = "<bsdf type='roughconductor'>" GGX("0.001") "</bsdf>", .coarse = true},
+    {.xml = "<bsdf type='dielectric'/>", .lossless = true},
+    {.xml = "<bsdf type='thindielectric'/>", .lossless = true},
+    {.xml = THIN},
+    {.xml = "<bsdf type='roughdielectric'>" GGX("0.5") "</bsdf>"},
+    {.xml = "<bsdf type='roughdielectric'>" GGX("1") "<float name='int_ior' value='2.4'/></bsdf>"},
+    {.xml = "<bsdf type='roughdielectric'>" GGX("0.1") "<rgb name='specular_reflectance' value='1 0.9 0.5'/></bsdf>"},
+    {.xml = "<bsdf type='roughdielectric'>" GGX(
+         "0.4") "<string name='int_ior' value='air'/><string name='ext_ior' value='water'/></bsdf>"},
+    {.xml = "<bsdf type='roughdielectric'>" BECKMANN("0.3") "</bsdf>"},
+    {.xml = "<bsdf type='roughdielectric'>" GGX("0.01") "</bsdf>", .coarse = true},
+    {.xml = "<bsdf type='roughdielectric'>" GGX("0.001") "</bsdf>", .coarse = true},
+    {.xml = "<bsdf type='roughdielectric'>" BECKMANN("0.01") "</bsdf>", .coarse = true},
+    {.xml = "<bsdf type='difftrans'><rgb name='transmittance' value='0.1 0.5 1'/></bsdf>"},
+    {.xml = "<bsdf type='mixturebsdf'><string name='weights' value='0.4 0.6'/>" MATT "<bsdf type='difftrans'/></bsdf>"},
+    {.xml = "<bsdf type='plastic'><rgb name='diffuse_reflectance' value='0.1 0.5 1'/></bsdf>"},
+    {.xml = "<bsdf type='plastic'><boolean name='nonlinear' value='true'/><float name='int_ior' value='1.9'/></bsdf>"},
+    {.xml = "<bsdf type='roughplastic'>" GGX("0.3") "<rgb name='diffuse_reflectance' value='0.1 0.5 0.9'/></bsdf>"},
+    {.xml = "<bsdf type='roughplastic'>" BECKMANN("0.15") "<boolean name='nonlinear' value='true'/></bsdf>"},
+    {.xml = PRINCIPLED("")},
+    {.xml = PRINCIPLED("<float name='roughness' value='0.3'/><float name='metallic' value='0.7'/>"
+                       "<float name='anisotropic' value='0.8'/><float name='spec_tint' value='0.5'/>")},
+    {.xml = PRINCIPLED("<float name='sheen' value='1'/><float name='sheen_tint' value='0.5'/><float name='flatness' "
+                       "value='0.5'/>"),
+     .generous = true},
+    {.xml = PRINCIPLED("<float name='clearcoat' value='1'/><float name='specular' value='0'/>"), .generous = true},
+    {.xml = PRINCIPLED("<float name='spec_trans' value='1'/><float name='roughness' value='0.6'/>")},
+    {.xml = PRINCIPLED("<float name='spec_trans' value='1'/><float name='roughness' value='0.1'/>"), .coarse = true},
+    {.xml =
+         PRINCIPLED("<float name='spec_trans' value='0.6'/><float name='roughness' value='0.7'/><float name='metallic' "
+                    "value='0.3'/><float name='eta' value='1.33'/><float name='clearcoat' value='0.7'/>"),
+     .generous = true},
+    {.xml = "<bsdf type='twosided'>" MATT METAL "</bsdf>"},
+    {.xml = "<bsdf type='null'/>"},
+    {.xml = "<bsdf type='mask'><rgb name='opacity' value='0.3 0.6 1'/>" MATT "</bsdf>"},
+    {.xml = "<bsdf type='mask'><float name='opacity' value='0.4'/>" THIN "</bsdf>"},
+    {.xml = "<bsdf type='blendbsdf'><float name='weight' value='0.3'/>" MATT METAL "</bsdf>"},
+    {.xml = "<bsdf type='blendbsdf'><float name='weight' value='0.6'/>" FROSTED "<bsdf type='plastic'/></bsdf>"},
+    {.xml = "<bsdf type='mixturebsdf'><string name='weights' value='0.2, 0.3 0.4'/>" FROSTED THIN MATT "</bsdf>"},
+    {.xml = "<bsdf type='mixturebsdf'><string name='weights' value='0.5 0.5'/>" METAL "<bsdf type='mask'>" MATT
+            "</bsdf></bsdf>"},
+    {.xml = "<bsdf type='blendbsdf'><float name='weight' value='0.3'/><bsdf type='dielectric'/><bsdf "
+            "type='thindielectric'/></bsdf>",
+     .lossless = true},
+    {.xml = "<bsdf type='mixturebsdf'><string name='weights' value='0.2 0.5 0.3'/><bsdf type='null'/><bsdf type='mask'>"
+            "<rgb name='opacity' value='0.3 0.6 1'/><bsdf type='dielectric'/></bsdf><bsdf type='twosided'><bsdf "
+            "type='conductor'/></bsdf>"
+            "</bsdf>",
+     .lossless = true},
+    {.xml = "<bsdf type='bumpmap'>" CHECKER UNSHADOWED "<float name='scale' value='0.001'/>" METAL "</bsdf>",
+     .not_mirrored = true},
+    {.xml = "<bsdf type='mask'><bsdf type='twosided'><bsdf type='bumpmap'>" CHECKER UNSHADOWED
+            "<float name='scale' value='0.002'/>" MATT "</bsdf></bsdf></bsdf>",
+     .not_mirrored = true},
+    {.xml = "<bsdf type='normalmap'><rgb name='normalmap' value='0.7 0.4 0.9'/>" UNSHADOWED FROSTED "</bsdf>",
+     .not_mirrored = true},
 };
 enum { CASES = sizeof cases / sizeof *cases, SAMPLES = 60000 };
 
@@ -204,7 +216,7 @@ static int check_means(const struct setting *s) {
         error = sqrt(fmax(0, energy_square[c] / SAMPLES - mean * mean) / SAMPLES);
         if (s->transport == TRANSPORT_IMPORTANCE && s->c->lossless)
             bad += !near_to(s, "energy of a lossless bsdf", mean + through[c], 1, 5 * error + 1e-4);
-        if (s->transport == TRANSPORT_IMPORTANCE && mean + through[c] > 1 + 5 * error + 1e-4) {
+        if (s->transport == TRANSPORT_IMPORTANCE && !s->c->generous && mean + through[c] > 1 + 5 * error + 1e-4) {
             printf("%s wi %g %g %g gains energy: %g\n", s->c->xml, s->wi.x, s->wi.y, s->wi.z, mean + through[c]);
             ++bad;
         }

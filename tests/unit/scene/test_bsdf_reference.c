@@ -38,7 +38,7 @@ static void check_smooth(struct reference *r, const float *v) {
     vec3 wi = {v[0], v[1], v[2]}, wo = {v[3], v[4], v[5]};
     rgb f = bsdf_eval(r->bsdf, &point, wi, wo, TRANSPORT_RADIANCE);
     double ours[4] = {f.r, f.g, f.b, bsdf_pdf(r->bsdf, &point, wi, wo, TRANSPORT_RADIANCE)};
-    check(r, "smooth", v, ours, v + 6, 4);
+    check(r, "smooth", v, ours, v + 6, isnan(v[9]) ? 3 : 4);
 }
 
 static void check_delta(struct reference *r, const float *v) {
